@@ -1,0 +1,1 @@
+"""Configuration: frozen records with defaults beside the field, and a strict TOML loader."""

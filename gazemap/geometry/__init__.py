@@ -1,0 +1,1 @@
+"""Poses, cameras, rays and alignment: pure functions on numpy arrays."""

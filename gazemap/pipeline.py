@@ -1,0 +1,1 @@
+"""The story of mapping one session: poses, scene, fixations."""

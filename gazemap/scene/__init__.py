@@ -1,0 +1,1 @@
+"""The dense surface, the objects on it and ray casting; a home of open3d."""

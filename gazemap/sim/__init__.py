@@ -1,0 +1,1 @@
+"""A simulated person at a table, with exact truth; shares no code with the estimators."""

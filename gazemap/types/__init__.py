@@ -1,0 +1,1 @@
+"""Frozen records that are handed from stage to stage."""

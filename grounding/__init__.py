@@ -1,0 +1,1 @@
+"""From words and fixations to grounded plans; knows no network and no image source."""

@@ -1,0 +1,1 @@
+"""Alignment of the plan with the fixations by probabilistic inference."""

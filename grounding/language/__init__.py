@@ -1,0 +1,1 @@
+"""From a sentence through EDS to abstract instructions; the home of PyDelphin."""

@@ -1,0 +1,1 @@
+"""Image patches of each object."""

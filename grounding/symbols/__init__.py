@@ -1,0 +1,1 @@
+"""What each word means, learnt from a few noisy patches."""

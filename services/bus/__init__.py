@@ -1,0 +1,1 @@
+"""Publish and subscribe: the protocol, in memory and over Zenoh."""

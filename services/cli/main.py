@@ -1,0 +1,54 @@
+"""The console script `gazemap`: finds a command, runs it, and says in one line what went wrong."""
+
+import importlib
+import sys
+from typing import Final
+
+import click
+from typing_extensions import override
+
+# Commands are imported when they are called: `gazemap --help` answers at once.
+COMMANDS: Final[dict[str, tuple[str, str]]] = {}
+
+
+class LazyGroup(click.Group):
+    """A group that imports a command's module only when the command is called."""
+
+    @override
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        return sorted(COMMANDS)
+
+    @override
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        if cmd_name not in COMMANDS:
+            return None
+        command: click.Command = importlib.import_module(COMMANDS[cmd_name][0]).command
+        return command
+
+    @override
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        with formatter.section("Commands"):
+            formatter.write_dl([(name, COMMANDS[name][1]) for name in sorted(COMMANDS)])
+
+
+@click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(package_name="gazemap")
+def cli() -> None:
+    """Learn what a person means from what they say and where they look."""
+
+
+def main() -> None:
+    """Run the console script: 0 on success, 2 on wrong usage, 1 with one line otherwise."""
+    from gazemap.errors import GazemapError
+    from grounding.errors import GroundingError
+
+    try:
+        cli.main(standalone_mode=False)
+    except click.exceptions.Abort:
+        sys.exit(1)
+    except click.ClickException as error:
+        error.show()
+        sys.exit(error.exit_code)
+    except (GazemapError, GroundingError) as error:
+        print("gazemap: " + " ".join(str(error).split()), file=sys.stderr)
+        sys.exit(1)

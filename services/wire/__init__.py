@@ -1,0 +1,1 @@
+"""Protobuf messages: one matched encode and decode pair each."""
