@@ -8,7 +8,9 @@ import click
 from typing_extensions import override
 
 # Commands are imported when they are called: `gazemap --help` answers at once.
-COMMANDS: Final[dict[str, tuple[str, str]]] = {}
+COMMANDS: Final[dict[str, tuple[str, str]]] = {
+    "bench": ("services.cli.bench", "Measure speed and memory beside a peer."),
+}
 
 
 class LazyGroup(click.Group):

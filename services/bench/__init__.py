@@ -1,0 +1,1 @@
+"""Measurements of speed and memory, each as a ratio to a peer measured in the same run."""
