@@ -1,0 +1,1 @@
+"""Both pipelines over a recording, stage by stage, resumable; no network."""
