@@ -79,7 +79,10 @@ class Pose(Generic[A, B]):
     def from_rotvec(rotvec_rad: ArrayLike, t: ArrayLike) -> "Pose[A, B]":
         """Return the pose of a rotation vector (3,) in radians and an origin (3,)."""
         rotvec = frozen_floats(rotvec_rad, (3,), name="rotvec_rad")
-        return Pose(R=Rotation.from_rotvec(rotvec).as_matrix(), t=np.asarray(t, dtype=np.float64))
+        # scipy refuses read-only rotation vectors.
+        return Pose(
+            R=Rotation.from_rotvec(rotvec.copy()).as_matrix(), t=np.asarray(t, dtype=np.float64)
+        )
 
     def __matmul__(self, other: "Pose[B, C]") -> "Pose[A, C]":
         """Compose: `T_a_c = T_a_b @ T_b_c`."""
