@@ -10,6 +10,7 @@ from typing_extensions import override
 # Commands are imported when they are called: `gazemap --help` answers at once.
 COMMANDS: Final[dict[str, tuple[str, str]]] = {
     "bench": ("services.cli.bench", "Measure speed and memory beside a peer."),
+    "doctor": ("services.cli.doctor", "Say what is installed, what is missing, and what to do."),
 }
 
 

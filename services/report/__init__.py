@@ -1,0 +1,1 @@
+"""The page that shows a rebuild: one self-contained HTML file with pictures."""
