@@ -16,9 +16,9 @@ from services.rebuild.outputs import (
 )
 
 HEADER = (
-    "fixation id,start timestamp [ns],end timestamp [ns],scene u [px],scene v [px],x [m],y [m],z [m],"
-    "cov_xx,cov_xy,cov_xz,cov_yy,cov_yz,cov_zz,hit,object,overhead u [px],overhead v [px],instruction,"
-    "probability"
+    "fixation id,start timestamp [ns],end timestamp [ns],scene u [px],scene v [px],"
+    "x [m],y [m],z [m],cov_xx,cov_xy,cov_xz,cov_yy,cov_yz,cov_zz,hit,object,"
+    "overhead u [px],overhead v [px],instruction,probability"
 )
 T0_NS = 1_760_000_000_000_000_000
 
@@ -37,7 +37,7 @@ def fixation3d(*, hit):
 
 
 def read(path):
-    return list(csv.DictReader(path.open()))
+    return list(csv.DictReader(path.read_text().splitlines()))
 
 
 def test_fixations_have_the_promised_header_and_whole_nanoseconds(tmp_path):
