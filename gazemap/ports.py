@@ -5,7 +5,7 @@ from typing import Protocol
 
 from gazemap.geometry.arrays import FloatArray
 from gazemap.geometry.camera import Camera
-from gazemap.types.frame import Frame
+from gazemap.types.frame import DepthFrame, Frame
 from gazemap.types.scene import Miss, SurfaceHit
 from gazemap.types.session import SessionData
 
@@ -34,6 +34,16 @@ class Session(Protocol):
 
     def overhead_frames(self) -> Iterator[Frame]:
         """Yield the overhead camera's frames; none without one."""
+
+    @property
+    def overhead_t_ns(self) -> tuple[int, ...]:
+        """The times of all overhead frames; none without the camera."""
+
+    def scene_depth_frames(self) -> Iterator[DepthFrame]:
+        """Yield the depth images registered to the head camera; none without them."""
+
+    def overhead_depth_frames(self) -> Iterator[DepthFrame]:
+        """Yield the depth images registered to the overhead camera; none without them."""
 
 
 class SurfaceQuery(Protocol):

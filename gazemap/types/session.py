@@ -111,6 +111,8 @@ class SessionData:
     Attributes:
         name: the session's name, from its folder or file.
         wearer_heading_rad: heading about z; 0 looks along +y.
+        info: what info.json holds.
+        warnings: what was accepted though it is not as it should be, one line each.
     """
 
     name: str
@@ -123,3 +125,4 @@ class SessionData:
     tags: TagLayout | None = None
     wearer_heading_rad: float = 0.0
     info: dict[str, object] = field(default_factory=dict)
+    warnings: tuple[str, ...] = ()

@@ -1,0 +1,118 @@
+"""Video files, whose times come from the table beside them and never from a frame rate."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import av
+import numpy as np
+
+from gazemap.errors import InputError
+from gazemap.geometry.camera import Camera
+from gazemap.session.camera_file import ImageSize, read_camera
+from gazemap.session.table import read_table, times_ns
+from gazemap.types.frame import Frame
+
+_TODO_CUT = "the file is cut off or damaged: copy or export it again"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class VideoFile:
+    """A video with one time a frame."""
+
+    camera: Camera
+    t_ns: tuple[int, ...]
+    path: Path
+
+    def frames(self) -> Iterator[Frame]:
+        """Yield the frames as BGR, or grey where the video is grey.
+
+        Raises:
+            InputError: where the video ends or breaks before its last frame.
+        """
+        index = 0
+        try:
+            with av.open(self.path) as container:
+                stream = container.streams.video[0]
+                stream.thread_type = "AUTO"
+                for index, picture in enumerate(container.decode(stream)):
+                    if index >= len(self.t_ns):
+                        break
+                    layout = "gray" if picture.format.name.startswith("gray") else "bgr24"
+                    image = np.asarray(picture.to_ndarray(format=layout), dtype=np.uint8)
+                    yield Frame(index=index, t_ns=self.t_ns[index], image=image)
+        except av.error.FFmpegError as error:
+            raise unreadable(self.path, read=index, expected=len(self.t_ns)) from error
+        if index + 1 < len(self.t_ns):
+            raise unreadable(self.path, read=index + 1, expected=len(self.t_ns))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Extent:
+    size: ImageSize
+    frame_count: int
+
+
+def open_video(path: Path, *, timestamps: Path, camera: Path) -> VideoFile:
+    """Open a video with its times and its camera; nothing is decoded yet.
+
+    Raises:
+        InputError: if one of the three is missing or damaged, or they contradict one another.
+    """
+    if not timestamps.exists():
+        raise InputError(
+            "the video's timestamps are missing",
+            where=timestamps,
+            todo="export the recording with timestamps; they cannot be told from a frame rate",
+        )
+    t_ns = frame_times(timestamps)
+    extent = _measure(path, expected=len(t_ns))
+    if extent.frame_count < len(t_ns):
+        raise unreadable(path, read=extent.frame_count, expected=len(t_ns))
+    if extent.frame_count > len(t_ns):
+        raise InputError(
+            f"{len(t_ns)} rows for {extent.frame_count} frames of {path.name}",
+            where=timestamps,
+            todo="export both files again",
+        )
+    return VideoFile(camera=read_camera(camera, size=extent.size), t_ns=t_ns, path=path)
+
+
+def frame_times(path: Path) -> tuple[int, ...]:
+    """Return the times of a timestamps file, which increase from row to row."""
+    table = read_table(path)
+    t_ns, is_new = times_ns(table, "timestamp [ns]")
+    if len(t_ns) == 0:
+        raise InputError("no row in it", where=path, todo="export the recording again")
+    if not is_new.all():
+        row = int(np.flatnonzero(~is_new)[0])
+        raise InputError(
+            f"two frames at {t_ns[row]}",
+            where=f"{path}, line {table.lines[row]}",
+            todo="export the recording again",
+        )
+    return tuple(t_ns.tolist())
+
+
+def _measure(path: Path, *, expected: int) -> _Extent:
+    """Return the size and count of the frames that are there, from the container alone."""
+    file_size = path.stat().st_size
+    try:
+        with av.open(path) as container:
+            if not container.streams.video:
+                raise InputError("no video in it", where=path, todo="give the scene video")
+            stream = container.streams.video[0]
+            size = ImageSize(width_px=stream.width, height_px=stream.height)
+            count = sum(
+                1
+                for packet in container.demux(stream)
+                if packet.size and (packet.pos is None or packet.pos + packet.size <= file_size)
+            )
+    except av.error.FFmpegError as error:
+        raise unreadable(path, read=0, expected=expected) from error
+    return _Extent(size=size, frame_count=count)
+
+
+def unreadable(path: Path, *, read: int, expected: int) -> InputError:
+    """Return the error of a video that has fewer frames than times."""
+    return InputError(f"{read} of {expected} frames can be read", where=path, todo=_TODO_CUT)
