@@ -1,0 +1,233 @@
+"""Tell an object from the table it lies on, or say that there is none.
+
+The table is learnt from the patch's own border: up to three colours, each free to be darker or
+brighter along its own line through black, so that shadow and shading stay table (Horprasert,
+Harwood and Davis 1999: brightness against chromaticity distortion). What is left and lies near the
+middle is the object; pixels nearer to the table's colour than to the object's (stains, decals that
+touch it) are given back to the table.
+"""
+
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Final
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from grounding.types import ImageArray
+
+Mask = NDArray[np.bool_]
+Image32 = NDArray[np.float32]
+
+_BORDER: Final = 0.06  # of the shorter side
+_SHADOW: Final = 0.55  # a shadow on the table keeps at least this much of the light
+_MIN_RESIDUAL: Final = 13.0  # grey levels: below this two colours are not told apart
+_TABLE_COLOURS: Final = 3
+_MIN_TABLE_SHARE: Final = 0.12  # of the border, for a further table colour
+_OBJECT_STRAY: Final = 0.25  # a darker side of an object is still it, but less surely
+_MIN_AREA: Final = 0.003  # of the patch
+_MAX_GAP: Final = 0.15  # of the shorter side, from the patch's middle to the object
+_MAX_AREA: Final = 0.97  # of the patch
+
+
+class NoObjectReason(StrEnum):
+    """Why a patch holds no object."""
+
+    ALL_TABLE = "all or mostly table"
+    OFF_CENTRE = "nothing near the middle"
+    ALL_OBJECT = "no table to tell an object from"
+    TOO_SMALL = "patch is too small"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NoObject:
+    """A patch without an object: noise to learning, an expected absence."""
+
+    reason: NoObjectReason
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _TableColour:
+    """One colour of the table and how bright it is seen, as factors of `bgr`."""
+
+    bgr: NDArray[np.float32]
+    darkest: float
+    brightest: float
+    threshold: float
+
+
+def segment_object(image_bgr: ImageArray) -> Mask | NoObject:
+    """Return the mask of the object in the middle of a patch.
+
+    Args:
+        image_bgr: (H, W, 3) the patch.
+
+    Returns:
+        The mask (H, W), one connected piece that may have holes; or NoObject.
+    """
+    if min(image_bgr.shape[:2]) < 8:
+        return NoObject(reason=NoObjectReason.TOO_SMALL)
+    smooth = cv2.GaussianBlur(image_bgr, (3, 3), 0).astype(np.float32)
+    table = _table_colours(image_bgr.astype(np.float32))
+    if not table:
+        return NoObject(reason=NoObjectReason.ALL_OBJECT)
+    residual = np.min([_residual(smooth, colour) / colour.threshold for colour in table], axis=0)
+    found = _central_piece(residual > 1)
+    if isinstance(found, NoObject):
+        return found
+    refined = _central_piece(found & _nearer_to_object(smooth, found, residual * _scale(table)))
+    return found if isinstance(refined, NoObject) else refined
+
+
+def _scale(table: list[_TableColour]) -> float:
+    return min(colour.threshold for colour in table)
+
+
+def _border(image: Image32) -> Image32:
+    """Return the pixels of the border (N, 3), thinned to some hundreds."""
+    margin = max(2, round(_BORDER * min(image.shape[:2])))
+    inner = slice(margin, -margin)
+    strips = (image[:margin], image[-margin:], image[inner, :margin], image[inner, -margin:])
+    pixels = np.concatenate([strip.reshape(-1, 3) for strip in strips])
+    return pixels[:: max(1, len(pixels) // 400)]
+
+
+def _centre(image: Image32) -> Image32:
+    """Return the pixels of the middle (N, 3), thinned."""
+    height, width = image.shape[:2]
+    part = image[2 * height // 5 : 3 * height // 5 + 1, 2 * width // 5 : 3 * width // 5 + 1]
+    pixels = part.reshape(-1, 3)
+    return pixels[:: max(1, len(pixels) // 200)]
+
+
+def _table_colours(image: Image32) -> list[_TableColour]:
+    """Return the colours that the border has and, but for the first, the middle has not."""
+    border, centre = _border(image), _centre(image)
+    corner = max(3, min(image.shape[:2]) // 10)
+    ends = (slice(0, corner), slice(-corner, None))
+    corners = [image[rows, cols].reshape(-1, 3) for rows in ends for cols in ends]
+    seeds = [_median(pixels) for pixels in [border, *corners]]
+    whole, colours = len(border), []
+    for turn in range(_TABLE_COLOURS):
+        colour = _fit_colour(border, max(seeds, key=lambda seed: _merit(seed, border, centre)))
+        left = _residual(border, colour) > colour.threshold
+        taken = _residual(centre, colour) <= colour.threshold
+        share = np.count_nonzero(~left) / whole
+        if share < _MIN_TABLE_SHARE or (turn and len(taken) and taken.mean() > 0.1):
+            break
+        colours.append(colour)
+        border, centre = border[left], centre[~taken]
+        if len(border) < _MIN_TABLE_SHARE * whole:
+            break
+        seeds = [_median(border)]
+    return colours
+
+
+def _merit(seed: NDArray[np.float32], border: Image32, centre: Image32) -> float:
+    """Return how much of the border a colour explains, less half of what it does of the middle."""
+    rough = _TableColour(bgr=seed, darkest=_SHADOW, brightest=1.4, threshold=3 * _MIN_RESIDUAL)
+    return _share(border, rough) - 0.5 * _share(centre, rough)
+
+
+def _fit_colour(pixels: Image32, seed: NDArray[np.float32]) -> _TableColour:
+    """Fit one table colour to the pixels around a seed, robustly."""
+    residual, close = _close_residuals(pixels, seed)
+    bgr = _median(pixels[residual <= 2.5 * float(np.median(close)) + 2])
+    residual, close = _close_residuals(pixels, bgr)
+    near = residual <= 2.5 * float(np.median(close)) + 2
+    bgr = _median(pixels[near])
+    factors = np.sort((pixels[near] @ bgr) / (bgr @ bgr))
+    middle = float(np.median(close))
+    spread = float(np.median(np.abs(close - middle)))
+    return _TableColour(
+        bgr=bgr,
+        darkest=min(_SHADOW, 0.95 * float(factors[len(factors) // 100])),
+        brightest=1.05 * float(factors[-1 - len(factors) // 100]),
+        threshold=max(_MIN_RESIDUAL, middle + 9 * spread),
+    )
+
+
+def _close_residuals(pixels: Image32, bgr: NDArray[np.float32]) -> tuple[Image32, Image32]:
+    """Return all residuals to a colour, and those that may be of the same colour."""
+    wide = _TableColour(bgr=bgr, darkest=_SHADOW, brightest=1.4, threshold=0.0)
+    residual = _residual(pixels, wide)
+    return residual, residual[residual <= max(4 * _MIN_RESIDUAL, float(residual.min()))]
+
+
+def _median(pixels: Image32) -> NDArray[np.float32]:
+    """Return the median of each channel, at least one grey level, of pixels (N, 3)."""
+    middle = len(pixels) // 2
+    bgr: NDArray[np.float32] = np.partition(pixels, middle, axis=0)[middle]
+    return np.maximum(bgr, np.float32(1))
+
+
+def _residual(pixels: Image32, colour: _TableColour) -> Image32:
+    """Return how far pixels (..., 3) are from a colour's line, in grey levels."""
+    return _line_distance(pixels, colour.bgr, (colour.darkest, colour.brightest))
+
+
+def _line_distance(
+    pixels: Image32, bgr: NDArray[np.float32], factors: tuple[float, float], *, stray: float = 0.0
+) -> Image32:
+    """Return the distance of pixels (..., 3) to a stretch of the line from black through a colour.
+
+    Args:
+        pixels: grey levels.
+        bgr: (3,) the colour.
+        factors: the stretch, darkest and brightest as factors of the colour.
+        stray: how much of a difference in brightness along the stretch counts as distance.
+    """
+    flat = pixels.reshape(-1, 3)
+    along, norm = flat @ bgr, np.float32(bgr @ bgr)
+    factor = np.clip(along / norm, np.float32(factors[0]), np.float32(factors[1]))
+    squared = _squared_length(flat) - factor * (2 * along - factor * norm)
+    if stray:
+        squared += np.float32(stray**2) * norm * (1 - factor) ** 2
+    distance: Image32 = np.sqrt(np.maximum(squared, 0)).reshape(pixels.shape[:-1])
+    return distance
+
+
+def _squared_length(flat: Image32) -> Image32:
+    return flat[:, 0] ** 2 + flat[:, 1] ** 2 + flat[:, 2] ** 2
+
+
+def _share(pixels: Image32, colour: _TableColour) -> float:
+    if not len(pixels):
+        return 0.0
+    return float(np.mean(_residual(pixels, colour) <= colour.threshold))
+
+
+def _nearer_to_object(smooth: Image32, found: Mask, residual: Image32) -> Mask:
+    """Return the pixels that are nearer to the object's colour than to the table's."""
+    inside = smooth[found]
+    colour = _median(inside[:: max(1, len(inside) // 800)])
+    return _line_distance(smooth, colour, (0.3, 1.6), stray=_OBJECT_STRAY) < residual
+
+
+def _central_piece(mask: Mask) -> Mask | NoObject:
+    """Return the connected piece that is large and near the middle."""
+    if mask.mean() > _MAX_AREA:
+        return NoObject(reason=NoObjectReason.ALL_OBJECT)
+    opened = cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
+    count, labels, stats, _ = cv2.connectedComponentsWithStats(opened, connectivity=4)
+    height, width = mask.shape
+    areas = stats[1:count, cv2.CC_STAT_AREA]
+    large = 1 + np.flatnonzero(areas >= _MIN_AREA * mask.size)
+    if not len(large):
+        return NoObject(reason=NoObjectReason.ALL_TABLE)
+    gaps = np.array([_gap(labels == label, (width / 2, height / 2)) for label in large])
+    gaps /= min(height, width)
+    if gaps.min() > _MAX_GAP:
+        return NoObject(reason=NoObjectReason.OFF_CENTRE)
+    best = large[np.argmax(areas[large - 1] * np.exp(-((gaps / 0.1) ** 2)))]
+    return np.asarray(labels == best, bool)
+
+
+def _gap(piece: Mask, centre: tuple[float, float]) -> float:
+    """Return how far a point is from a piece's convex hull, in pixels; 0 inside."""
+    contours, _ = cv2.findContours(
+        piece.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE
+    )
+    hull = cv2.convexHull(max(contours, key=len))
+    return max(0.0, -float(cv2.pointPolygonTest(hull, centre, measureDist=True)))
