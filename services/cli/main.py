@@ -11,6 +11,7 @@ from typing_extensions import override
 COMMANDS: Final[dict[str, tuple[str, str]]] = {
     "bench": ("services.cli.bench", "Measure speed and memory beside a peer."),
     "doctor": ("services.cli.doctor", "Say what is installed, what is missing, and what to do."),
+    "router": ("services.cli.router", "Run a Zenoh router with the rules of deploy/."),
 }
 
 

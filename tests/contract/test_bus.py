@@ -1,0 +1,167 @@
+"""Every bus keeps the same promises: in memory, and over Zenoh through a real router process."""
+
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from gazemap.errors import InputError
+from services.bus.base import Inbox, Message
+from services.bus.keys import Stream
+from services.bus.memory import Exchange, MemoryBus
+from services.bus.zenoh import ZenohBus, ZenohConfig
+from tests.ports import free_port
+
+ROLES = ("rig", "mapping", "grounding", "robot", "operator")
+
+
+def start_router(*options):
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
+    process = subprocess.Popen(
+        [sys.executable, "-m", "services.cli", "router", "--listen", endpoint, *options],
+        cwd=Path(__file__).resolve().parents[2],
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert process.stderr.readline().strip() == "router ready"
+    return process, endpoint
+
+
+def stop(process):
+    process.terminate()
+    process.wait(10)
+    process.stderr.close()
+
+
+@pytest.fixture(scope="module")
+def endpoint():
+    process, where = start_router()
+    yield where
+    stop(process)
+
+
+@pytest.fixture(params=["memory", pytest.param("zenoh", marks=pytest.mark.bus)])
+def connect(request):
+    opened = []
+    exchange = Exchange()
+
+    def connect_one():
+        if request.param == "memory":
+            bus = MemoryBus(exchange)
+        else:
+            where = request.getfixturevalue("endpoint")
+            config = ZenohConfig(rig=request.node.name[:20], endpoint=where, connect_timeout_s=5)
+            bus = ZenohBus(config)
+        opened.append(bus)
+        return bus
+
+    yield connect_one
+    for bus in opened:
+        bus.close()
+
+
+def take(inbox, count, timeout_s=5.0):
+    deadline = time.monotonic() + timeout_s
+    got = []
+    while len(got) < count and time.monotonic() < deadline:
+        message = inbox.get(timeout_s=0.2)
+        got += [] if message is None else [message]
+    return got
+
+
+def test_messages_arrive_in_order_on_their_stream(connect):
+    sender, receiver, inbox = connect(), connect(), Inbox()
+    receiver.subscribe(Stream.GAZE, inbox)
+    for k in range(50):
+        sender.publish(Stream.GAZE, bytes([k]))
+    sender.publish(Stream.IMU, b"not subscribed")
+    assert take(inbox, 50) == [Message(stream=Stream.GAZE, payload=bytes([k])) for k in range(50)]
+    assert inbox.get(timeout_s=0.2) is None
+
+
+def test_a_late_subscriber_gets_what_was_said_before(connect):
+    sender = connect()
+    for k in range(5):
+        sender.publish(Stream.PLAN, bytes([k]))
+    inbox = Inbox()
+    connect().subscribe(Stream.PLAN, inbox)
+    assert [m.payload for m in take(inbox, 5)] == [bytes([k]) for k in range(5)]
+
+
+def test_a_question_is_answered_and_an_unanswered_one_is_none(connect):
+    server, client = connect(), connect()
+    server.answer(Stream.PARSE, lambda asked: asked.upper())
+    deadline = time.monotonic() + 5
+    answer = None
+    while answer is None and time.monotonic() < deadline:
+        answer = client.ask(Stream.PARSE, b"pick it", timeout_s=1.0)
+    assert answer == b"PICK IT"
+    assert client.ask(Stream.TEACH, b"x", timeout_s=0.3) is None
+
+
+def test_who_lives_is_seen_until_it_leaves(connect):
+    service, watcher = connect(), connect()
+    service.announce("mapping")
+    wait_until(lambda: watcher.alive() == {"mapping"})
+    assert watcher.alive() == {"mapping"}
+    service.close()
+    wait_until(lambda: watcher.alive() == frozenset())
+    assert watcher.alive() == frozenset()
+
+
+def wait_until(condition, timeout_s=5.0):
+    deadline = time.monotonic() + timeout_s
+    while not condition() and time.monotonic() < deadline:
+        time.sleep(0.05)
+
+
+def test_an_inbox_skips_the_oldest_images_and_nothing_else():
+    inbox = Inbox(frame_limit=2)
+    for k in range(5):
+        inbox.put(Message(stream=Stream.HEAD_IMAGE, payload=bytes([k])))
+        inbox.put(Message(stream=Stream.GAZE, payload=bytes([k])))
+    got = take(inbox, 7)
+    images = [m.payload for m in got if m.stream is Stream.HEAD_IMAGE]
+    gaze = [m.payload for m in got if m.stream is Stream.GAZE]
+    assert images == [b"\x03", b"\x04"]
+    assert gaze == [bytes([k]) for k in range(5)]
+    assert inbox.dropped[Stream.HEAD_IMAGE] == 3
+
+
+@pytest.mark.bus
+def test_with_users_a_robot_cannot_send_what_the_mapping_service_sends(tmp_path):
+    users = tmp_path / "users.txt"
+    users.write_text("".join(f"{role}:secret-{role}\n" for role in ROLES))
+    process, where = start_router("--users", str(users))
+
+    def as_role(role, password=None):
+        secret = password or f"secret-{role}"
+        return ZenohBus(
+            ZenohConfig(endpoint=where, user=role, password=secret, connect_timeout_s=3)
+        )
+
+    try:
+        with (
+            as_role("robot") as robot,
+            as_role("mapping") as mapping,
+            as_role("grounding") as third,
+        ):
+            inbox = Inbox()
+            third.subscribe(Stream.POSE, inbox)
+            mapping.publish(Stream.POSE, b"true")
+            assert [m.payload for m in take(inbox, 1)] == [b"true"]
+            robot.publish(Stream.POSE, b"forged")
+            assert inbox.get(timeout_s=1.5) is None
+        with pytest.raises(InputError, match="no router reached"):
+            as_role("robot", "guess")
+    finally:
+        stop(process)
+
+
+@pytest.mark.bus
+def test_no_router_is_one_line_that_says_what_to_do():
+    where = f"tcp/127.0.0.1:{free_port()}"
+    with pytest.raises(InputError, match=r"no router reached; start `gazemap router`"):
+        ZenohBus(ZenohConfig(endpoint=where, connect_timeout_s=0.5))
