@@ -8,6 +8,8 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 ImageArray = NDArray[np.uint8]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
 
 
 class Action(StrEnum):
@@ -73,6 +75,9 @@ class FixationObservation:
         end_ns: its end.
         point_world: (3,) metres, or None where the gaze met nothing.
         cov_world: (3, 3) m^2, or None with the point.
+        origin_world: (3,) where the gaze ray starts, or None where it is not known. A person looks
+            at a thing's middle, the ray ends on its surface or, before a thing is put down, on
+            what lies behind: with the origin the ray is compared, without it the point.
     """
 
     fixation_id: int
@@ -80,6 +85,7 @@ class FixationObservation:
     end_ns: int
     point_world: FloatArray | None
     cov_world: FloatArray | None
+    origin_world: FloatArray | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

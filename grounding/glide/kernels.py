@@ -1,0 +1,353 @@
+"""Compiled recursions of the semi-Markov model; equation numbers are those of docs/glide.md.
+
+Index letters: a action, h hypothesis of its thing, s first look of a segment, e one past its last,
+d = e - s. Everything is a natural logarithm relative to "all looks are background".
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from grounding.types import FloatArray, IntArray
+
+NEVER = -1e30
+_NEGLIGIBLE = -36.0  # exp(-36) is below the rounding of the sum
+
+
+class Tables(NamedTuple):
+    """The model of one session in numbers: A actions, H hypotheses, T looks, D looks at most.
+
+    Attributes:
+        kind: (A,) Kind of each action.
+        in_hand: (A,) 1 where the action goes on with the hypothesis of the one before.
+        log_theta: (A, H) prior of the hypotheses where an action starts anew.
+        start: (A, H, T + 1) factor of beginning with look s.
+        end: (A, H, T + 1) factor of ending before look e.
+        duration: (K, T, D + 1) factor of the time that d looks from s take.
+        cuts: (T, D + 1, 2) where the second and the last third of a segment begin.
+        looks: (A, H, 3, T + 1) cumulated log mixtures of each third.
+        grid_row: (A, H) row of `grid`, or -1 where the position is that of an instance.
+        grid: (G, T, D + 1) log likelihood of a segment with its position summed over the grid.
+        stay: (A + 1,) log of one more background look after action a - 1.
+        leave: (A + 1,) log of ending the background.
+        skip: (A, T + 1) log of not doing the action at that boundary.
+    """
+
+    kind: IntArray
+    in_hand: IntArray
+    log_theta: FloatArray
+    start: FloatArray
+    end: FloatArray
+    duration: FloatArray
+    cuts: IntArray
+    looks: FloatArray
+    grid_row: IntArray
+    grid: FloatArray
+    stay: FloatArray
+    leave: FloatArray
+    skip: FloatArray
+
+
+@njit(cache=True)
+def log_add(x: float, y: float) -> float:
+    """Return log(exp(x) + exp(y))."""
+    if x < y:
+        x, y = y, x
+    return x if y - x < _NEGLIGIBLE else float(x + np.log1p(np.exp(y - x)))
+
+
+@njit(cache=True)
+def log_sum(values: FloatArray) -> float:
+    """Return the logarithm of the sum of exponentials."""
+    top = values.max()
+    if top <= NEVER / 2:
+        return NEVER
+    total = 0.0
+    for v in values:
+        if v - top > _NEGLIGIBLE:
+            total += np.exp(v - top)
+    return float(top + np.log(total))
+
+
+@njit(cache=True)
+def segment(tb: Tables, a: int, h: int, s: int, e: int) -> float:
+    """Return the log factor of one segment, eq. 6."""
+    d = e - s
+    value = tb.start[a, h, s] + tb.end[a, h, e] + tb.duration[tb.kind[a], s, d]
+    row = tb.grid_row[a, h]
+    if row >= 0:
+        return float(value + tb.grid[row, s, d])
+    p, q = tb.cuts[s, d, 0], tb.cuts[s, d, 1]
+    looks = tb.looks[a, h]
+    thirds = looks[0, p] - looks[0, s] + looks[1, q] - looks[1, p] + looks[2, e] - looks[2, q]
+    return float(value + thirds)
+
+
+@njit(cache=True)
+def hypotheses(tb: Tables, a: int) -> IntArray:
+    """Return the hypotheses of an action that are possible at all."""
+    return np.flatnonzero(tb.log_theta[a] > NEVER)
+
+
+@njit(cache=True)
+def entering(tb: Tables, done: FloatArray, a: int, h: int) -> FloatArray:
+    """Return (T + 1,): log of everything before look s, when action a begins there with h."""
+    before = np.empty(done.shape[2])
+    for s in range(done.shape[2]):
+        before[s] = done[a, h, s] if tb.in_hand[a] else log_sum(done[a, :, s]) + tb.log_theta[a, h]
+    return before
+
+
+@njit(cache=True)
+def _background(tb: Tables, ended: FloatArray, a: int) -> FloatArray:
+    """Carry "action a - 1 ended before look t" through the background after it, eq. 7."""
+    done = np.empty_like(ended)
+    run = NEVER
+    for t in range(ended.shape[0]):
+        run = log_add(run + tb.stay[a], ended[t])
+        done[t] = run + tb.leave[a]
+    return done
+
+
+@njit(cache=True)
+def _ended(tb: Tables, before: FloatArray, a: int, h: int) -> FloatArray:
+    """Return (T + 1,): log of everything before look e, where action a with h has just ended."""
+    longest = tb.duration.shape[2] - 1
+    ended = np.empty_like(before)
+    terms = np.empty(longest + 1)
+    for e in range(before.shape[0]):
+        terms[:] = NEVER
+        terms[0] = before[e] + tb.skip[a, e]
+        for s in range(max(0, e - longest), e):
+            if before[s] > NEVER / 2:
+                terms[e - s] = before[s] + segment(tb, a, h, s, e)
+        ended[e] = log_sum(terms)
+    return ended
+
+
+@njit(cache=True)
+def forward(tb: Tables) -> FloatArray:
+    """Return (A + 1, H, T + 1): log of the looks before t, actions before a done, eq. 8."""
+    acts, things, count = tb.log_theta.shape[0], tb.log_theta.shape[1], tb.duration.shape[1]
+    done = np.full((acts + 1, things, count + 1), NEVER)
+    begin = np.full(count + 1, NEVER)
+    begin[0] = 0.0
+    done[0, 0] = _background(tb, begin, 0)
+    for a in range(acts):
+        for h in hypotheses(tb, a):
+            done[a + 1, h] = _background(tb, _ended(tb, entering(tb, done, a, h), a, h), a + 1)
+    return done
+
+
+@njit(cache=True)
+def _background_back(tb: Tables, after: FloatArray, a: int) -> FloatArray:
+    """Return (T + 1,): log of everything after action a - 1 ended before look t."""
+    future = np.empty_like(after)
+    run = NEVER
+    for t in range(after.shape[0] - 1, -1, -1):
+        run = log_add(run + tb.stay[a], after[t] + tb.leave[a])
+        future[t] = run
+    return future
+
+
+@njit(cache=True)
+def _leaving(tb: Tables, opens: FloatArray, a: int, h: int) -> FloatArray:
+    """Return (T + 1,): log of everything from the boundary on, where action a is the next."""
+    after = np.empty(opens.shape[1])
+    for t in range(opens.shape[1]):
+        after[t] = opens[h, t] if tb.in_hand[a] else log_sum(opens[:, t] + tb.log_theta[a])
+    return after
+
+
+@njit(cache=True)
+def _opens(tb: Tables, future: FloatArray, a: int, h: int) -> FloatArray:
+    """Return (T + 1,): log of all looks from s on, when action a with h begins there."""
+    count, longest = future.shape[0] - 1, tb.duration.shape[2] - 1
+    opens = np.empty(count + 1)
+    terms = np.empty(longest + 1)
+    for s in range(count + 1):
+        terms[:] = NEVER
+        terms[0] = tb.skip[a, s] + future[s]
+        for e in range(s + 1, min(count, s + longest) + 1):
+            if future[e] > NEVER / 2:
+                terms[e - s] = segment(tb, a, h, s, e) + future[e]
+        opens[s] = log_sum(terms)
+    return opens
+
+
+@njit(cache=True)
+def backward(tb: Tables) -> FloatArray:
+    """Return (A + 1, H, T + 1): log of all looks from t on, actions before a ended there, eq. 9."""
+    acts, things, count = tb.log_theta.shape[0], tb.log_theta.shape[1], tb.duration.shape[1]
+    future = np.full((acts + 1, things, count + 1), NEVER)
+    last = np.full(count + 1, NEVER)
+    last[count] = 0.0
+    for h in range(things):
+        future[acts, h] = _background_back(tb, last, acts)
+    for a in range(acts - 1, -1, -1):
+        opens = np.full((things, count + 1), NEVER)
+        for h in hypotheses(tb, a):
+            opens[h] = _opens(tb, future[a + 1, h], a, h)
+        for h in range(things):
+            future[a, h] = _background_back(tb, _leaving(tb, opens, a, h), a)
+    return future
+
+
+class Marks(NamedTuple):
+    """The posterior of the partition, eq. 10.
+
+    Attributes:
+        inside: (A, H, 3, T + 1) that look t lies in that third of a's segment with h; the last
+            column is empty.
+        begins: (A, T + 1) of the first look.
+        ends: (A, T + 1) of the end.
+        grids: (A, T, D + 1) of segments whose position is summed over the grid.
+        things: (A, H) of the hypotheses, skipped or not.
+        skipped: (A,) of not being done.
+    """
+
+    inside: FloatArray
+    begins: FloatArray
+    ends: FloatArray
+    grids: FloatArray
+    things: FloatArray
+    skipped: FloatArray
+
+
+def no_marks(tb: Tables) -> Marks:
+    """Return marks of weight zero."""
+    acts, things = tb.log_theta.shape
+    _, count, lengths = tb.duration.shape
+    return Marks(
+        inside=np.zeros((acts, things, 3, count + 1)),
+        begins=np.zeros((acts, count + 1)),
+        ends=np.zeros((acts, count + 1)),
+        grids=np.zeros((acts, count, lengths)),
+        things=np.zeros((acts, things)),
+        skipped=np.zeros(acts),
+    )
+
+
+@njit(cache=True)
+def mark(tb: Tables, marks: Marks, where: tuple[int, int, int, int], weight: float) -> None:
+    """Add one segment's weight; `inside` takes steps that `cumulate` sums up.
+
+    Args:
+        tb: the model.
+        marks: changed in place.
+        where: action, hypothesis, first look and end; alike for an action that was skipped.
+        weight: posterior weight of the segment.
+    """
+    a, h, s, e = where
+    marks.things[a, h] += weight
+    if s == e:
+        marks.skipped[a] += weight
+        return
+    marks.begins[a, s] += weight
+    marks.ends[a, e] += weight
+    if tb.grid_row[a, h] >= 0:
+        marks.grids[a, s, e - s] += weight
+    edges = (s, tb.cuts[s, e - s, 0], tb.cuts[s, e - s, 1], e)
+    for k in range(3):
+        marks.inside[a, h, k, edges[k]] += weight
+        marks.inside[a, h, k, edges[k + 1]] -= weight
+
+
+@njit(cache=True)
+def cumulate(marks: Marks) -> None:
+    """Turn the steps in `inside` into probabilities."""
+    inside = marks.inside
+    for t in range(1, inside.shape[3]):
+        inside[:, :, :, t] += inside[:, :, :, t - 1]
+
+
+@njit(cache=True)
+def posterior(tb: Tables, done: FloatArray, future: FloatArray, marks: Marks) -> float:
+    """Fill the marks from the two passes and return the log evidence, eq. 10."""
+    acts, count, longest = tb.log_theta.shape[0], tb.duration.shape[1], tb.duration.shape[2] - 1
+    log_z = log_sum(done[acts, :, count])
+    for a in range(acts):
+        for h in hypotheses(tb, a):
+            before = entering(tb, done, a, h) - log_z
+            for s in range(count + 1):
+                skipping = before[s] + tb.skip[a, s] + future[a + 1, h, s]
+                mark(tb, marks, (a, h, s, s), np.exp(skipping))
+                for e in range(s + 1, min(count, s + longest) + 1):
+                    log_w = before[s] + future[a + 1, h, e]
+                    if log_w > NEVER / 2:
+                        log_w += segment(tb, a, h, s, e)
+                        if log_w > _NEGLIGIBLE:
+                            mark(tb, marks, (a, h, s, e), np.exp(log_w))
+    cumulate(marks)
+    return log_z
+
+
+@njit(cache=True)
+def _best_ended(tb: Tables, into: FloatArray, a: int, h: int) -> tuple[FloatArray, IntArray]:
+    """Return (T + 1,) the best log where action a has just ended, and the length it then has."""
+    longest = tb.duration.shape[2] - 1
+    best, length = np.empty_like(into), np.zeros(into.shape[0], dtype=np.int64)
+    for e in range(into.shape[0]):
+        best[e] = into[e] + tb.skip[a, e]
+        for s in range(max(0, e - longest), e):
+            value = into[s] + segment(tb, a, h, s, e)
+            if value > best[e]:
+                best[e], length[e] = value, e - s
+    return best, length
+
+
+@njit(cache=True)
+def _best_background(tb: Tables, ended: FloatArray, a: int) -> tuple[FloatArray, IntArray]:
+    """Return (T + 1,) the best log after the background, and where that began."""
+    best, began = np.empty_like(ended), np.zeros(ended.shape[0], dtype=np.int64)
+    run, origin = NEVER, 0
+    for t in range(ended.shape[0]):
+        run += tb.stay[a]
+        if ended[t] >= run:
+            run, origin = ended[t], t
+        best[t], began[t] = run + tb.leave[a], origin
+    return best, began
+
+
+@njit(cache=True)
+def viterbi(tb: Tables) -> tuple[IntArray, IntArray, IntArray]:
+    """Return the single best explanation: first look, end and hypothesis of each action, eq. 11.
+
+    A skipped action has first look and end alike.
+    """
+    acts, things, count = tb.log_theta.shape[0], tb.log_theta.shape[1], tb.duration.shape[1]
+    best = np.full((acts + 1, things, count + 1), NEVER)
+    began = np.zeros((acts + 1, things, count + 1), dtype=np.int64)
+    length = np.zeros((acts, things, count + 1), dtype=np.int64)
+    begin = np.full(count + 1, NEVER)
+    begin[0] = 0.0
+    best[0, 0], began[0, 0] = _best_background(tb, begin, 0)
+    for a in range(acts):
+        into = np.empty(count + 1)
+        for h in hypotheses(tb, a):
+            for s in range(count + 1):
+                fresh = best[a, :, s].max() + tb.log_theta[a, h]
+                into[s] = best[a, h, s] if tb.in_hand[a] else fresh
+            ended, length[a, h] = _best_ended(tb, into, a, h)
+            best[a + 1, h], began[a + 1, h] = _best_background(tb, ended, a + 1)
+    return _trace(tb, best, began, length)
+
+
+@njit(cache=True)
+def _trace(
+    tb: Tables, best: FloatArray, began: IntArray, length: IntArray
+) -> tuple[IntArray, IntArray, IntArray]:
+    acts, count = tb.log_theta.shape[0], tb.duration.shape[1]
+    firsts, pasts = np.zeros(acts, dtype=np.int64), np.zeros(acts, dtype=np.int64)
+    chosen = np.zeros(acts, dtype=np.int64)
+    t, h = count, -1
+    for a in range(acts - 1, -1, -1):
+        if h < 0:
+            h = int(best[a + 1, :, t].argmax())
+        e = began[a + 1, h, t]
+        firsts[a], pasts[a], chosen[a] = e - length[a, h, e], e, h
+        t = int(firsts[a])
+        if not tb.in_hand[a]:
+            h = -1
+    return firsts, pasts, chosen

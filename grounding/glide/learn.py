@@ -1,0 +1,184 @@
+"""Learning the session's parameters: expectation-maximisation with priors, eq. 15 to 20."""
+
+import dataclasses
+
+import numpy as np
+
+from grounding.glide.actions import Kind
+from grounding.glide.config import GlideConfig
+from grounding.glide.exact import Beliefs
+from grounding.glide.model import Parameters, Session
+from grounding.glide.sight import residuals
+from grounding.glide.tables import Model, aim_cov
+from grounding.types import FloatArray
+
+# Pseudo-observations of the priors: how much is seen before a session is believed.
+_MEANING_PRIOR = 0.3
+_TIME_PRIOR = 3.0
+_GAP_PRIOR = 2.0
+_NOISE_PRIOR = 20.0
+_NARRATION_FLOOR_S = 0.3
+_NARRATION_PRIOR_S = 0.8
+_SHIFT_PRIOR_S = 1.0
+_MOTION_SHIFT_PRIOR_S = 0.3
+
+
+def update(
+    session: Session, parameters: Parameters, beliefs: Beliefs, model: Model, config: GlideConfig
+) -> Parameters:
+    """Return the parameters that explain the session best given the beliefs, and the priors."""
+    shift, sigma = _narration(session, parameters, beliefs, config)
+    offset, scale = _gaze(session, parameters, beliefs, config)
+    return dataclasses.replace(
+        parameters,
+        theta=_meanings(session, beliefs, model),
+        narration_shift_s=shift,
+        narration_sigma_s=sigma,
+        action_s=_action_s(session, parameters, beliefs),
+        gap_fixations=_gaps(session, beliefs, config),
+        gaze_offset_rad=offset,
+        noise_scale=scale,
+        motion_shift_s=_motion_shift(session, beliefs, config),
+    )
+
+
+def _meanings(session: Session, beliefs: Beliefs, model: Model) -> FloatArray:
+    """Count how often each phrase meant each instance, eq. 15."""
+    things = max(session.things_count, 1)
+    counts = np.zeros((len(session.names.phrases), things))
+    thing = session.rests.thing
+    for a, act in enumerate(session.acts):
+        done = 1.0 - beliefs.skipped[a]
+        if not act.in_hand:
+            np.add.at(counts[session.names.of_act[a]], thing, done * beliefs.things[a, :-1])
+        for row in session.names.landmarks_of_act[a]:
+            share = beliefs.on_landmark[a] + done * (
+                beliefs.things[a, :-1] @ _geometry_only(model.landmark_share[a, :-1])
+            )
+            np.add.at(counts[row], thing, share / len(session.names.landmarks_of_act[a]))
+    counts += _MEANING_PRIOR / things
+    return np.asarray(counts / counts.sum(axis=1, keepdims=True))
+
+
+def _geometry_only(share: FloatArray) -> FloatArray:
+    """Normalise the landmark's weights over the places."""
+    return np.asarray(share / np.maximum(share.sum(axis=1, keepdims=True), 1e-12))
+
+
+def _expected_s(probability: FloatArray, times_s: FloatArray) -> FloatArray:
+    mass = probability.sum(axis=1)
+    return np.asarray(np.where(mass > 1e-6, probability @ times_s / np.maximum(mass, 1e-6), np.nan))
+
+
+def _start_s(session: Session, beliefs: Beliefs) -> FloatArray:
+    return _expected_s(beliefs.begins, np.append(session.sights.start_s, session.span_s))
+
+
+def _end_s(session: Session, beliefs: Beliefs) -> FloatArray:
+    return _expected_s(beliefs.ends, np.concatenate([[0.0], session.sights.end_s]))
+
+
+def _narration(
+    session: Session, parameters: Parameters, beliefs: Beliefs, config: GlideConfig
+) -> tuple[float, float]:
+    """Return shift and spread of speech against action, outliers left out softly, eq. 16."""
+    begin, weight, said = _start_s(session, beliefs), [], []
+    seen: set[int] = set()
+    for a, act in enumerate(session.acts):
+        late = session.said_s[act.instruction] - begin[a]
+        if act.instruction not in seen and np.isfinite(late):
+            sigma = parameters.narration_sigma_s
+            z = (late - parameters.narration_shift_s) / sigma
+            good = (
+                (1 - config.narration_outlier) * np.exp(-0.5 * z * z) / (sigma * np.sqrt(2 * np.pi))
+            )
+            weight.append(
+                (1 - beliefs.skipped[a]) * good / (good + config.narration_outlier / session.span_s)
+            )
+            said.append(late)
+        seen.add(act.instruction)
+    w, r = np.array(weight), np.array(said)
+    if w.sum() < 1.5:
+        return 0.0, config.narration_sigma_s
+    prior = (parameters.narration_sigma_s / _SHIFT_PRIOR_S) ** 2
+    shift = float(w @ r / (w.sum() + prior))
+    variance = (w @ np.square(r - shift) + 2 * _NARRATION_PRIOR_S**2) / (w.sum() + 2)
+    return shift, max(float(np.sqrt(variance)), _NARRATION_FLOOR_S)
+
+
+def _action_s(session: Session, parameters: Parameters, beliefs: Beliefs) -> FloatArray:
+    """Return the median durations, eq. 17."""
+    lasts = np.log(np.maximum(_end_s(session, beliefs) - _start_s(session, beliefs), 0.1))
+    kinds = np.array([act.kind for act in session.acts])
+    weight = np.where(np.isfinite(lasts), 1 - beliefs.skipped, 0.0)
+    lasts = np.where(np.isfinite(lasts), lasts, 0.0)
+    overall = float((weight @ lasts + 1e-9) / (weight.sum() + 1e-9))
+    result = parameters.action_s.copy()
+    for kind in Kind:
+        w = weight[kinds == kind]
+        mean = (w @ lasts[kinds == kind] + _TIME_PRIOR * overall) / (w.sum() + _TIME_PRIOR)
+        result[kind] = np.clip(np.exp(mean), 0.5, 8.0)
+    return result
+
+
+def _gaps(session: Session, beliefs: Beliefs, config: GlideConfig) -> FloatArray:
+    """Return the expected background looks of each sort of gap, eq. 17."""
+    count = session.sights.count
+    steps = np.arange(count + 1, dtype=np.float64)
+    begin, end = _expected_s(beliefs.begins, steps), _expected_s(beliefs.ends, steps)
+    gaps: list[list[float]] = [[], [], [], []]
+    gaps[0].append(float(begin[0]))
+    gaps[3].append(float(count - end[-1]))
+    for a in range(1, len(session.acts)):
+        gaps[2 if session.acts[a].in_hand else 1].append(float(begin[a] - end[a - 1]))
+    gap = config.gap_fixations
+    prior = np.array([2 * gap, gap, config.gap_in_hand_fixations, 2 * gap])
+    found = [np.array(g)[np.isfinite(g)] for g in gaps]
+    total = np.array([np.maximum(g, 0).sum() for g in found])
+    number = np.array([len(g) for g in found])
+    return np.asarray((total + _GAP_PRIOR * prior) / (number + _GAP_PRIOR))
+
+
+def _gaze(
+    session: Session, parameters: Parameters, beliefs: Beliefs, config: GlideConfig
+) -> tuple[FloatArray, float]:
+    """Return the gaze offset that is left, and the factor on the measurement's spread, eq. 18."""
+    sights, rests = session.sights, session.rests
+    if not rests.count:
+        return np.zeros(2), 1.0
+    weight = beliefs.on_place * sights.seen[:, None]  # (T, R)
+    off = residuals(sights, rests.position, offset_rad=np.zeros(2))  # (T, R, 2)
+    spread = np.einsum("tac,pcd,tbd->tpab", sights.across, aim_cov(session, config), sights.across)
+    spread = spread + parameters.noise_scale**2 * sights.cov[:, None]
+    precision = np.linalg.inv(spread) * weight[..., None, None]
+    lever = np.where(sights.has_ray, sights.range_m, 0.0)
+    information = np.einsum("t,tpab->ab", lever**2, precision)
+    information += np.eye(2) / config.gaze_offset_sigma_rad**2
+    offset = np.linalg.solve(information, np.einsum("t,tpab,tpb->a", lever, precision, off))
+    rest = off - lever[:, None, None] * offset
+    squared = float(np.einsum("tpa,tpab,tpb->", rest, precision, rest))
+    looks = 2 * float(weight.sum())
+    factor = (squared + _NOISE_PRIOR) / (looks + _NOISE_PRIOR)
+    return offset, float(np.clip(parameters.noise_scale * np.sqrt(factor), 0.5, 4.0))
+
+
+def _motion_shift(session: Session, beliefs: Beliefs, config: GlideConfig) -> FloatArray:
+    """Return how long after the event that vision saw an action ends, eq. 19."""
+    end, rests = _end_s(session, beliefs), session.rests
+    total, number = np.zeros(3), np.zeros(3)
+    for a, act in enumerate(session.acts):
+        h = int(beliefs.things[a].argmax())
+        if h >= rests.count or act.kind is Kind.AT or not np.isfinite(end[a]):
+            continue
+        goal = rests.next_rest[h]
+        event = (
+            rests.left_s[h]
+            if act.kind is Kind.TAKE
+            else (rests.since_s[goal] if goal >= 0 else np.inf)
+        )
+        late = end[a] - event
+        if np.isfinite(late) and abs(late) < 3 * config.motion_sigma_s + _MOTION_SHIFT_PRIOR_S:
+            total[act.kind] += late
+            number[act.kind] += 1
+    prior = (config.motion_sigma_s / _MOTION_SHIFT_PRIOR_S) ** 2
+    return np.asarray(total / (number + prior))
