@@ -1,0 +1,45 @@
+import importlib
+import subprocess
+import sys
+
+import click
+import pytest
+
+from services.cli.main import COMMANDS
+
+
+def run(*arguments):
+    return subprocess.run(
+        [sys.executable, "-m", "services.cli", *arguments], capture_output=True, text=True
+    )
+
+
+@pytest.mark.parametrize("name", sorted(COMMANDS))
+def test_every_command_is_there_and_has_help(name):
+    command = importlib.import_module(COMMANDS[name][0]).command
+    assert isinstance(command, click.Command)
+    assert command.help or command.callback.__doc__
+
+
+def test_help_loads_nothing_heavy():
+    code = (
+        "import sys; sys.argv = ['gazemap', '--help']\n"
+        "from services.cli.main import main\n"
+        "try: main()\n"
+        "finally: print(sorted({'numpy', 'cv2', 'zenoh', 'rich', 'scipy'} & set(sys.modules)))\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 0
+    assert done.stdout.rstrip().endswith("[]")
+
+
+def test_wrong_usage_exits_with_2():
+    assert run("no-such-command").returncode == 2
+    assert run("bench", "no-such-bench").returncode == 2
+
+
+def test_bad_input_is_one_line_and_exit_1(tmp_path):
+    done = run("router", "--config", str(tmp_path / "none.json5"))
+    assert done.returncode == 1
+    assert len(done.stderr.strip().splitlines()) == 1
+    assert "none.json5" in done.stderr
