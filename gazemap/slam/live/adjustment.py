@@ -1,0 +1,149 @@
+"""Which part of the map is adjusted together, and what is thrown out after."""
+
+import numpy as np
+
+from gazemap.errors import SolverError
+from gazemap.geometry.align import Similarity
+from gazemap.geometry.arrays import BoolArray, FloatArray, IntArray
+from gazemap.geometry.pose import Pose, World
+from gazemap.slam.live.bundle import BundleProblem, adjust_bundle
+from gazemap.slam.live.mapdata import SparseMap
+from gazemap.types.session import TagLayout
+
+_TAG_SIGMA_PX = 0.2
+_OUTLIER_SIGMAS = 5.0
+
+
+def covisible_window(sparse: SparseMap, keyframe_id: int, *, count: int) -> IntArray:
+    """Return the ids (at most `count`) that share most points with a keyframe, itself first."""
+    m = sparse.measurements
+    seen = m.feature[m.keyframe == keyframe_id]
+    sharing = m.keyframe[np.isin(m.feature, seen)]
+    ids, shared = np.unique(sharing, return_counts=True)
+    order = np.argsort(-shared, kind="stable")
+    others = [int(i) for i in ids[order] if i != keyframe_id and shared[ids == i][0] >= 10]
+    return np.array([keyframe_id, *others[: count - 1]], dtype=np.int64)
+
+
+def adjust(sparse: SparseMap, free_ids: IntArray, *, layout: TagLayout | None, rounds: int) -> None:
+    """Adjust keyframes and the points they see; outlying measurements are dropped after.
+
+    Args:
+        sparse: the map.
+        free_ids: keyframes that may move; others that see the same points hold them.
+        layout: the tags, once the map is in their world; None before.
+        rounds: of the solver at most.
+
+    Raises:
+        SolverError: if the system is singular; the map is left as it was.
+    """
+    rows, feature_rows = _chosen_measurements(sparse, free_ids)
+    if len(rows) < 12:
+        return
+    ids = np.unique(sparse.measurements.keyframe[rows])
+    free = np.isin(ids, free_ids)
+    problem = _problem(sparse, rows, feature_rows, ids=ids, free=free, layout=layout)
+    try:
+        fit = adjust_bundle(problem, rounds=rounds)
+    except np.linalg.LinAlgError as error:
+        raise SolverError("bundle adjustment: the keyframes' system is singular") from error
+    if not (np.isfinite(fit.points_world).all() and np.isfinite(fit.t).all()):
+        raise SolverError("bundle adjustment: diverged")
+    for k in np.flatnonzero(free):
+        U, _, Vt = np.linalg.svd(fit.R[k])
+        sparse.keyframes[int(ids[k])].T_cam_world = Pose(R=U @ Vt, t=fit.t[k])
+    sparse.features.points_world[feature_rows] = fit.points_world[: len(feature_rows)]
+    if (~free).sum() < 2 and layout is None:
+        hold_gauge(sparse)
+    keep = np.ones(len(sparse.measurements), bool)
+    keep[rows[fit.error[problem.point < len(feature_rows)] > _OUTLIER_SIGMAS]] = False
+    sparse.measurements.keep(keep)
+
+
+def _chosen_measurements(sparse: SparseMap, free_ids: IntArray) -> tuple[IntArray, IntArray]:
+    """Return the measurements of all mapped features that the free keyframes see, by feature."""
+    m, f = sparse.measurements, sparse.features
+    mapped_ids = f.ids[f.mapped]
+    in_free = np.isin(m.keyframe, free_ids)
+    wanted = np.intersect1d(np.unique(m.feature[in_free]), mapped_ids)
+    rows = np.flatnonzero(np.isin(m.feature, wanted))
+    rows = rows[np.lexsort((m.keyframe[rows], m.feature[rows]))]
+    return rows, f.rows_of(wanted)
+
+
+def _problem(
+    sparse: SparseMap, rows: IntArray, feature_rows: IntArray, *,
+    ids: IntArray, free: BoolArray, layout: TagLayout | None,
+) -> BundleProblem:  # fmt: skip
+    m = sparse.measurements
+    camera = sparse.camera
+    focal_px = float(camera.K[0, 0])
+    keyframes = [sparse.keyframes[int(i)] for i in ids]
+    corner_index, corner_rows, corners_world = _tag_rows(sparse, ids, layout)
+    point = np.searchsorted(sparse.features.ids[feature_rows], m.feature[rows])
+    tag_sigma_px = np.full(len(corner_rows), _TAG_SIGMA_PX)
+    return BundleProblem(
+        R=np.array([k.T_cam_world.R for k in keyframes]),
+        t=np.array([k.T_cam_world.t for k in keyframes]),
+        twist=np.array([k.twist for k in keyframes]),
+        keyframe_free=free,
+        points_world=np.concatenate([sparse.features.points_world[feature_rows], corners_world]),
+        point_free=np.arange(len(feature_rows) + len(corners_world)) < len(feature_rows),
+        keyframe=np.concatenate([np.searchsorted(ids, m.keyframe[rows]), corner_index[:, 0]]),
+        point=np.concatenate([point, len(feature_rows) + corner_index[:, 1]]),
+        xy=np.concatenate([m.xy[rows], corner_rows[:, :2]]),
+        sigma=np.concatenate([m.sigma_px[rows], tag_sigma_px]) / focal_px,
+        dt_s=camera.row_delay_ns(np.concatenate([m.uv_px[rows, 1], corner_rows[:, 2]])) * 1e-9,
+    )
+
+
+def _tag_rows(
+    sparse: SparseMap, ids: IntArray, layout: TagLayout | None
+) -> tuple[IntArray, FloatArray, FloatArray]:
+    """Return keyframe and corner (N, 2), x, y, pixel row (N, 3), both by corner; corners (C, 3)."""
+    tags = layout.tags if layout is not None else ()
+    corners = {tag.tag_id: 4 * n for n, tag in enumerate(tags)}
+    index, values = [], []
+    for k, keyframe_id in enumerate(ids):
+        for view in sparse.keyframes[int(keyframe_id)].tags:
+            if view.tag_id in corners:
+                index += [(k, corners[view.tag_id] + c) for c in range(4)]
+                values += list(np.column_stack([view.corners_norm, view.corners_px[:, 1]]))
+    world = [tag.T_world_tag.transform(tag.corners_tag) for tag in tags]
+    table = np.array(index, dtype=np.int64).reshape(-1, 2)
+    order = np.argsort(table[:, 1], kind="stable")
+    return table[order], np.array(values).reshape(-1, 3)[order], np.array(world).reshape(-1, 3)
+
+
+def hold_gauge(sparse: SparseMap) -> None:
+    """Move the map so that its keyframes lie where their poses were published.
+
+    Origin, heading and scale are free without tags; users have seen the published ones.
+    """
+    keyframes = list(sparse.keyframes.values())
+    now = [k.T_cam_world.inverse() for k in keyframes]
+    told = [k.T_cam_world_published.inverse() for k in keyframes]
+    U, _, Vt = np.linalg.svd(sum(a.R @ b.R.T for a, b in zip(told, now, strict=True)))
+    R = U @ Vt
+    p_now, p_told = np.array([T.t for T in now]), np.array([T.t for T in told])
+    arms_now = (p_now - p_now.mean(axis=0)) @ R.T
+    arms_told = p_told - p_told.mean(axis=0)
+    scale = float((arms_now * arms_told).sum() / max(float((arms_now**2).sum()), 1e-12))
+    if not 0.2 < scale < 5.0:
+        return
+    S: Similarity[World, World] = Similarity(
+        scale=scale, R=R, t=p_told.mean(axis=0) - scale * R @ p_now.mean(axis=0)
+    )
+    for keyframe in keyframes:
+        keyframe.T_cam_world = S.transform_pose(keyframe.T_cam_world.inverse()).inverse()
+        keyframe.twist[3:] *= S.scale
+    sparse.features.points_world = S.transform(sparse.features.points_world)
+
+
+def typical_depth(sparse: SparseMap) -> float:
+    """Return the median distance of the points from the latest keyframe."""
+    points = sparse.features.points_world[sparse.features.mapped]
+    latest = sparse.keyframes[max(sparse.keyframes)]
+    if len(points) == 0:
+        return 1.0
+    return float(np.median(np.linalg.norm(points - latest.T_cam_world.inverse().t, axis=1)))

@@ -1,0 +1,86 @@
+"""What tracking and mapping tell each other; every record can cross a process boundary."""
+
+from dataclasses import dataclass
+
+from gazemap.geometry.arrays import FloatArray, ImageArray, IntArray
+from gazemap.geometry.pose import Cam, Pose, World
+from gazemap.slam.live.landmarks import Landmarks
+from gazemap.types.map import MapEvent
+from gazemap.types.tracking import Scale
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class KeyframeNote:
+    """A frame that the map shall be built from.
+
+    Attributes:
+        keyframe_id: ascending.
+        t_ns: exposure of the middle row.
+        grey: (height, width).
+        T_cam_world: its pose as it was published.
+        twist: (6,) of `T_cam_world` from the left, a second.
+        ids: (N,) the points that were measured.
+        uv_px: (N, 2) where.
+        sigma_px: (N,) how well.
+        born_ids: (B,) corners that are new; this frame holds their reference.
+        born_uv_px: (B, 2) even pixels.
+    """
+
+    keyframe_id: int
+    t_ns: int
+    grey: ImageArray
+    T_cam_world: Pose[Cam, World]
+    twist: FloatArray
+    ids: IntArray
+    uv_px: FloatArray
+    sigma_px: FloatArray
+    born_ids: IntArray
+    born_uv_px: FloatArray
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class StartNote:
+    """The frames that a new map starts from, posed by the bootstrap; at least two."""
+
+    map_id: int
+    keyframes: tuple[KeyframeNote, ...]
+
+
+Note = KeyframeNote | StartNote
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class MapUpdate:
+    """The map after a keyframe was worked in.
+
+    Attributes:
+        keyframe_id: that keyframe.
+        T_cam_world: its pose now.
+        landmarks: the points; `references` holds only those of `new_ids`, in their order.
+        new_ids: (M,) the points that were no points of the map before.
+        keyframe_centres_world: (K, 3).
+        keyframe_axes_world: (K, 3) directions of view.
+        map_id: which map this is.
+        scale: whether it is metric.
+        events: what happened meanwhile.
+    """
+
+    keyframe_id: int
+    T_cam_world: Pose[Cam, World]
+    landmarks: Landmarks
+    new_ids: IntArray
+    keyframe_centres_world: FloatArray
+    keyframe_axes_world: FloatArray
+    map_id: int
+    scale: Scale
+    events: tuple[MapEvent, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StartRefused:
+    """The frames did not make a map; the bootstrap goes on."""
+
+    reason: str
+
+
+Reply = MapUpdate | StartRefused

@@ -1,0 +1,188 @@
+"""The pose of a frame in a known map: optical flow first, then the fixed patches."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gazemap.geometry.align import Similarity
+from gazemap.geometry.arrays import FloatArray, ImageArray, IntArray
+from gazemap.geometry.camera import Camera
+from gazemap.geometry.pose import Cam, Pose, World
+from gazemap.slam.live.candidates import Candidates
+from gazemap.slam.live.config import FrontEndConfig
+from gazemap.slam.live.flow import follow
+from gazemap.slam.live.landmarks import Landmarks, View, see, spread
+from gazemap.slam.live.messages import MapUpdate
+from gazemap.slam.live.motion import Motion, twist_between
+from gazemap.slam.live.patches import Pyramid, align_patches
+from gazemap.slam.live.refine import PoseFit, PoseProblem, refine_pose
+from gazemap.types.tracking import LostReason
+
+_INLIER_SIGMAS = 4.0
+_FLOW_REACH_PX = 3.0
+_PRIOR_REACH_PX = 6.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FramePose:
+    """A frame's pose and what it rests on.
+
+    Attributes:
+        fit: the pose.
+        rows: (N,) of the landmarks that fit.
+        uv_px: (N, 2) where they are.
+        visible_count: landmarks that were looked for.
+    """
+
+    fit: PoseFit
+    rows: IntArray
+    uv_px: FloatArray
+    visible_count: int
+
+
+class PoseTracker:
+    """Holds the map as tracking sees it, and the last frame."""
+
+    def __init__(self, camera: Camera, config: FrontEndConfig) -> None:
+        """Start without a map."""
+        self._camera, self._config = camera, config
+        self._focal_px = float(camera.K[0, 0])
+        self.landmarks = Landmarks.none()
+        self.candidates = Candidates(camera)
+        self._flow_ids: IntArray = np.empty(0, np.int64)
+        self._flow_uv_px: FloatArray = np.empty((0, 2))
+        self._grey: ImageArray | None = None
+
+    def take(self, update: MapUpdate) -> None:
+        """Use a new state of the map; references of known points are kept."""
+        fresh = update.landmarks
+        rows, known = self.landmarks.rows_of(fresh.ids)
+        references = np.empty((len(fresh.ids), *fresh.references.shape[1:]), np.uint8)
+        references[known] = self.landmarks.references[rows[known]]
+        references[np.searchsorted(fresh.ids, update.new_ids)] = fresh.references
+        self.landmarks = Landmarks(
+            ids=fresh.ids,
+            points_world=fresh.points_world,
+            step_world=fresh.step_world,
+            facing_world=fresh.facing_world,
+            view_count=fresh.view_count,
+            references=references,
+        )
+        mapped = np.isin(self.candidates.ids, fresh.ids)
+        self._flow_ids = np.concatenate([self._flow_ids, self.candidates.ids[mapped]])
+        self._flow_uv_px = np.concatenate([self._flow_uv_px, self.candidates.uv_px[mapped]])
+        self.candidates.keep(~mapped)
+
+    def transform(self, S_new_old: Similarity[World, World]) -> None:
+        """Follow the map into its new world; landmarks come with the update."""
+        self.candidates.transform(S_new_old)
+
+    def pose(
+        self, grey: ImageArray, pyramid: Pyramid, motion: Motion, t_ns: int
+    ) -> FramePose | LostReason:
+        """Return the frame's pose; on success the frame becomes the last one."""
+        T_cam_world, reach_px = self._flow_pose(grey, motion, t_ns)
+        found = self._aligned_pose(pyramid, T_cam_world, reach_px, motion, t_ns)
+        if isinstance(found, FramePose):
+            self._remember(grey, found)
+        return found
+
+    def restart_flow(self, grey: ImageArray, found: FramePose) -> None:
+        """Go on from a frame that was posed by other means."""
+        self.candidates.keep(np.zeros(len(self.candidates), bool))
+        self._remember(grey, found)
+
+    def _flow_pose(
+        self, grey: ImageArray, motion: Motion, t_ns: int
+    ) -> tuple[Pose[Cam, World], float]:
+        """Return the pose by optical flow, or the predicted one, and how far it may be off."""
+        predicted = motion.predict(t_ns)
+        if self._grey is None:
+            return predicted, _PRIOR_REACH_PX
+        rows, known = self.landmarks.rows_of(self._flow_ids)
+        rows, before_px = rows[known], self._flow_uv_px[known]
+        points = self.landmarks.points_world[rows]
+        moved = self._camera.project(predicted.transform(points))
+        moved -= self._camera.project(motion.T_cam_world.transform(points))
+        shift = np.concatenate(
+            [np.nan_to_num(moved), self.candidates.shift(motion.T_cam_world, predicted)]
+        )
+        start = np.concatenate([before_px, self.candidates.uv_px])
+        uv_px, found = follow(self._grey, grey, start, start + shift, self._config)
+        count = len(rows)
+        self.candidates.uv_px = uv_px[count:]
+        self.candidates.keep(found[count:])
+        seen = found[:count]
+        twist = motion.twist
+        problem = self._problem(
+            points[seen], uv_px[:count][seen], self._config.flow_sigma_px, twist
+        )
+        fit = refine_pose(predicted, problem)
+        if fit is None or fit.inliers(_INLIER_SIGMAS).sum() < self._config.least_inliers:
+            return predicted, _PRIOR_REACH_PX
+        return fit.T_cam_world, _FLOW_REACH_PX
+
+    def _aligned_pose(
+        self,
+        pyramid: Pyramid,
+        T_cam_world: Pose[Cam, World],
+        reach_px: float,
+        motion: Motion,
+        t_ns: int,
+    ) -> FramePose | LostReason:
+        view = self._chosen(T_cam_world)
+        uv_px, correlation = align_patches(
+            pyramid, self.landmarks.references[view.rows], view.from_image, view.uv_px,
+            coarse=reach_px > _FLOW_REACH_PX, reach_px=reach_px,
+        )  # fmt: skip
+        good = correlation > self._config.least_correlation
+        rows, uv_px = view.rows[good], uv_px[good]
+        if len(rows) < self._config.least_inliers:
+            return LostReason.FEW_FEATURES
+        twist = twist_between(motion.T_cam_world, T_cam_world, (t_ns - motion.t_ns) * 1e-9)
+        problem = self._problem(
+            self.landmarks.points_world[rows], uv_px, self._config.patch_sigma_px, twist
+        )
+        fit = refine_pose(T_cam_world, problem)
+        if fit is None:
+            return LostReason.DIVERGED
+        inlier = fit.inliers(_INLIER_SIGMAS)
+        if inlier.sum() < max(self._config.least_inliers, 0.3 * len(rows)):
+            return LostReason.FEW_INLIERS
+        return FramePose(
+            fit=fit, rows=rows[inlier], uv_px=uv_px[inlier], visible_count=len(view.rows)
+        )
+
+    def _chosen(self, T_cam_world: Pose[Cam, World]) -> View:
+        """Return the landmarks in view, thinned to an even spread of the best known."""
+        marks = self.landmarks
+        view = see(
+            self._camera, T_cam_world, marks.points_world, marks.step_world, marks.facing_world
+        )
+        chosen = spread(
+            view.uv_px, marks.view_count[view.rows].astype(np.float64),
+            count=self._config.aligned_landmarks, camera=self._camera,
+        )  # fmt: skip
+        return View(
+            rows=view.rows[chosen], uv_px=view.uv_px[chosen], from_image=view.from_image[chosen]
+        )
+
+    def _problem(
+        self, points_world: FloatArray, uv_px: FloatArray, sigma_px: float, twist: FloatArray
+    ) -> PoseProblem:
+        return PoseProblem(
+            points_world=points_world,
+            xy=self._camera.normalize(uv_px),
+            sigma=np.full(len(uv_px), sigma_px / self._focal_px),
+            dt_s=self._camera.row_delay_ns(uv_px[:, 1]) * 1e-9,
+            twist=twist,
+        )
+
+    def _remember(self, grey: ImageArray, found: FramePose) -> None:
+        chosen = spread(
+            found.uv_px, self.landmarks.view_count[found.rows].astype(np.float64),
+            count=self._config.flow_landmarks, camera=self._camera,
+        )  # fmt: skip
+        self._grey = grey
+        self._flow_ids = self.landmarks.ids[found.rows[chosen]]
+        self._flow_uv_px = found.uv_px[chosen]
