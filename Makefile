@@ -2,7 +2,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: setup demo test check bench format lock clean
+.PHONY: setup demo test check bench format lock proto clean
 
 setup: .venv/.ready
 
@@ -40,6 +40,12 @@ bench: setup
 
 lock:
 	$(BIN)/uv pip compile --quiet --generate-hashes --no-emit-index-url --no-header --extra dev --python-version 3.11 pyproject.toml -o requirements.lock
+
+# The generated code is committed; this is the command that made it.
+proto: setup
+	cd gazemap/wire/proto && ../../../$(BIN)/python -m grpc_tools.protoc -I. \
+		--plugin=protoc-gen-mypy=../../../$(BIN)/protoc-gen-mypy \
+		--python_out=../generated --mypy_out=../generated *.proto
 
 clean:
 	rm -rf .venv build dist

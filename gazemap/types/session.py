@@ -1,11 +1,23 @@
 """What a recording holds beside its videos."""
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from gazemap.geometry.arrays import BoolArray, FloatArray, IntArray
 from gazemap.geometry.pose import Pose, Tag, World
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GazeSample:
+    """One gaze sample as a live device sends it; the pixel is NaN where it gave none."""
+
+    t_ns: int
+    u_px: float
+    v_px: float
+    worn: bool
+    blink: bool
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -23,6 +35,27 @@ class GazeSamples:
     uv_px: FloatArray
     worn: BoolArray
     blink: BoolArray
+
+    @staticmethod
+    def of(samples: Sequence[GazeSample]) -> "GazeSamples":
+        """Return samples in time order as arrays."""
+        return GazeSamples(
+            t_ns=np.array([s.t_ns for s in samples], dtype=np.int64),
+            uv_px=np.array([(s.u_px, s.v_px) for s in samples], dtype=np.float64).reshape(-1, 2),
+            worn=np.array([s.worn for s in samples], dtype=np.bool_),
+            blink=np.array([s.blink for s in samples], dtype=np.bool_),
+        )
+
+    def __iter__(self) -> Iterator[GazeSample]:
+        rows = zip(
+            self.t_ns.tolist(),
+            self.uv_px.tolist(),
+            self.worn.tolist(),
+            self.blink.tolist(),
+            strict=True,
+        )
+        for t_ns, (u_px, v_px), worn, blink in rows:
+            yield GazeSample(t_ns=t_ns, u_px=u_px, v_px=v_px, worn=worn, blink=blink)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -66,6 +99,18 @@ class Cue:
     text: str
 
 
+Vector3 = tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ImuSample:
+    """One inertial sample as a live device sends it, in the IMU's frame."""
+
+    t_ns: int
+    gyro_rad_s: Vector3
+    accel_m_s2: Vector3
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ImuSamples:
     """Inertial samples, sorted by time.
@@ -79,6 +124,21 @@ class ImuSamples:
     t_ns: IntArray
     gyro_rad_s: FloatArray
     accel_m_s2: FloatArray
+
+    @staticmethod
+    def of(samples: Sequence[ImuSample]) -> "ImuSamples":
+        """Return samples in time order as arrays."""
+        return ImuSamples(
+            t_ns=np.array([s.t_ns for s in samples], dtype=np.int64),
+            gyro_rad_s=np.array([s.gyro_rad_s for s in samples]).reshape(-1, 3),
+            accel_m_s2=np.array([s.accel_m_s2 for s in samples]).reshape(-1, 3),
+        )
+
+    def __iter__(self) -> Iterator[ImuSample]:
+        for t_ns, gyro, accel in zip(
+            self.t_ns.tolist(), self.gyro_rad_s.tolist(), self.accel_m_s2.tolist(), strict=True
+        ):
+            yield ImuSample(t_ns=t_ns, gyro_rad_s=tuple(gyro), accel_m_s2=tuple(accel))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -1,47 +1,23 @@
 """The keys of the bus: `gazemap/v1/<rig>/<stream>`."""
 
-from enum import StrEnum
 from typing import Final
+
+from gazemap.wire.streams import Stream
+
+__all__ = ["LOSSY", "PREFIX", "Stream", "alive_key", "key", "stream_of"]
 
 PREFIX: Final = "gazemap/v1"
 
-
-class Stream(StrEnum):
-    """Every stream and queryable; the names are promises."""
-
-    HEAD_IMAGE = "head/image"
-    HEAD_CALIBRATION = "head/calibration"
-    OVERHEAD_IMAGE = "overhead/image"
-    OVERHEAD_CALIBRATION = "overhead/calibration"
-    GAZE = "gaze"
-    DEVICE_FIXATION = "device_fixation"
-    IMU = "imu"
-    NARRATION = "narration"
-    DEPTH = "depth"
-
-    POSE = "pose"
-    FIXATION = "fixation"
-    OBJECT = "object"
-    MAP_POINTS = "map/points"
-    MAP_MESH = "map/mesh"
-    MAP_EVENT = "map/event"
-    MAPPING_STATUS = "mapping/status"
-
-    PLAN = "plan"
-    INSTRUCTION = "instruction"
-    SYMBOLS = "symbols"
-    QUESTION = "question"
-    GROUNDING_STATUS = "grounding/status"
-
-    PARSE = "parse"
-    GROUND = "ground"
-    CLASSIFY = "classify"
-    TEACH = "teach"
-
-
 # Images may be dropped and are never repeated; everything else is small and must arrive.
 LOSSY: Final = frozenset(
-    {Stream.HEAD_IMAGE, Stream.OVERHEAD_IMAGE, Stream.DEPTH, Stream.MAP_POINTS, Stream.MAP_MESH}
+    {
+        Stream.HEAD_IMAGE,
+        Stream.OVERHEAD_IMAGE,
+        Stream.DEPTH,
+        Stream.OVERHEAD_DEPTH,
+        Stream.MAP_POINTS,
+        Stream.MAP_MESH,
+    }
 )
 
 

@@ -1,0 +1,1 @@
+"""Made by `make proto` from gazemap/wire/proto; never edited."""
