@@ -17,6 +17,7 @@ def observation(fixation: Fixation3D) -> FixationObservation:
         end_ns=fixation.fixation.end_ns,
         point_world=fixation.point_world,
         cov_world=fixation.cov_world,
+        origin_world=fixation.origin_world,
     )
 
 

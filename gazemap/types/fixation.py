@@ -20,6 +20,7 @@ class Fixation3D:
         object_id: the object that was met, or None.
         overhead_uv_px: (2,) its projection into the overhead camera, or None.
         reason: why there is no hit; empty where there is one.
+        origin_world: (3,) the camera's centre from which it was cast, or None without a pose.
     """
 
     fixation: Fixation
@@ -30,6 +31,7 @@ class Fixation3D:
     object_id: str | None
     overhead_uv_px: FloatArray | None
     reason: str = ""
+    origin_world: FloatArray | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
