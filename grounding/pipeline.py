@@ -1,5 +1,6 @@
 """The story of grounding one session."""
 
+import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
@@ -7,6 +8,10 @@ from grounding.glide.align import align
 from grounding.glide.config import GlideConfig
 from grounding.glide.model import Demonstration
 from grounding.glide.read import LookBelief
+from grounding.patches.cut import PatchConfig, cut_patches
+from grounding.patches.patch import Patch
+from grounding.patches.showings import showings_of
+from grounding.patches.view import View
 from grounding.plan import GroundedPlan, PlanConfig, Unparsed, ground_instructions
 
 
@@ -16,6 +21,7 @@ class GroundingConfig:
 
     glide: GlideConfig = field(default_factory=GlideConfig)
     plan: PlanConfig = field(default_factory=PlanConfig)
+    patches: PatchConfig = field(default_factory=PatchConfig)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -25,10 +31,12 @@ class SessionGrounding:
     Attributes:
         plan: the grounded plan.
         looks: one label for each fixation, in time order.
+        patches: pictures of the targets, kept or not.
     """
 
     plan: GroundedPlan
     looks: tuple[LookBelief, ...]
+    patches: tuple[Patch, ...]
 
 
 def ground_session(
@@ -38,6 +46,7 @@ def ground_session(
     name: str,
     scale: str = "metric",
     unparsed: Sequence[Unparsed] = (),
+    view: View | None = None,
 ) -> SessionGrounding:
     """Ground the instructions of one session.
 
@@ -47,9 +56,10 @@ def ground_session(
         name: of the session.
         scale: "metric" or "arbitrary".
         unparsed: sentences that gave no instruction.
+        view: the camera that patches are cut from; None for no patches.
 
     Returns:
-        The plan and the labels of the fixations.
+        The plan, the labels of the fixations, and the patches.
     """
     config = config or GroundingConfig()
     alignment = align(demonstration, config.glide)
@@ -61,4 +71,21 @@ def ground_session(
         instructions=instructions,
         unparsed=tuple(unparsed),
     )
-    return SessionGrounding(plan=plan, looks=alignment.looks)
+    showings = showings_of(plan, demonstration.objects, demonstration.fixations, config.patches)
+    patches = cut_patches(showings, view, config.patches) if view is not None else []
+    return SessionGrounding(
+        plan=with_patches(plan, patches), looks=alignment.looks, patches=tuple(patches)
+    )
+
+
+def with_patches(plan: GroundedPlan, patches: Sequence[Patch]) -> GroundedPlan:
+    """Name in each instruction the patches that were kept."""
+    names: dict[int, list[str]] = {}
+    for each in patches:
+        if each.kept:
+            names.setdefault(each.instruction, []).append(each.name)
+    instructions = tuple(
+        dataclasses.replace(each, patches=tuple(names.get(each.spoken.index, ())))
+        for each in plan.instructions
+    )
+    return dataclasses.replace(plan, instructions=instructions)
