@@ -26,6 +26,8 @@ _MIN_RESIDUAL: Final = 13.0  # grey levels: below this two colours are not told 
 _TABLE_COLOURS: Final = 3
 _MIN_TABLE_SHARE: Final = 0.12  # of the border, for a further table colour
 _OBJECT_STRAY: Final = 0.25  # a darker side of an object is still it, but less surely
+_STAIN: Final = 3 * _MIN_RESIDUAL  # so far from an object's one colour is another thing
+_ONE_COLOUR: Final = 0.7  # of what was found
 _MIN_AREA: Final = 0.003  # of the patch
 _MAX_GAP: Final = 0.15  # of the shorter side, from the patch's middle to the object
 _MAX_AREA: Final = 0.97  # of the patch
@@ -199,10 +201,20 @@ def _share(pixels: Image32, colour: _TableColour) -> float:
 
 
 def _nearer_to_object(smooth: Image32, found: Mask, residual: Image32) -> Mask:
-    """Return the pixels that are nearer to the object's colour than to the table's."""
+    """Return the pixels that are nearer to the object's colour than to the table's.
+
+    Where most of what was found has one colour, what has not that colour is a stain beside it.
+    """
     inside = smooth[found]
-    colour = _median(inside[:: max(1, len(inside) // 800)])
-    return _line_distance(smooth, colour, (0.3, 1.6), stray=_OBJECT_STRAY) < residual
+    inside = inside[:: max(1, len(inside) // 800)]
+    line = (_median(inside), (0.3, 1.6))
+    nearer = _line_distance(smooth, *line, stray=_OBJECT_STRAY) < residual
+    off = _line_distance(inside, *line)
+    middle = float(np.median(off))
+    limit = max(_STAIN, middle + 5 * float(np.median(np.abs(off - middle))))
+    if np.mean(off <= limit) < _ONE_COLOUR:
+        return nearer
+    return nearer & (_line_distance(smooth, *line) <= limit)
 
 
 def _central_piece(mask: Mask) -> Mask | NoObject:

@@ -13,6 +13,7 @@ COMMANDS: Final[dict[str, tuple[str, str]]] = {
     "doctor": ("services.cli.doctor", "Say what is installed, what is missing, and what to do."),
     "router": ("services.cli.router", "Run a Zenoh router with the rules of deploy/."),
     "simulate": ("services.cli.simulate", "Write a simulated session and the truth about it."),
+    "symbols": ("services.cli.symbols", "Learn what words mean from patches, and name new ones."),
 }
 
 

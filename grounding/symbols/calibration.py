@@ -1,0 +1,46 @@
+"""When to say "unknown": conformal, with a tail for rates that the patches cannot resolve.
+
+The distances of known patches from their words, each under a model that had not seen its
+segment, tell how far known things lie. A new distance's p-value is the share of them that lies
+farther (Vovk et al. 2005, split conformal). Where fewer than a handful lie farther, that share is
+continued by an exponential tail (Pickands 1975, shape 0), never a thin one: the known patches may
+all have been taken under one light, and the next is not.
+"""
+
+from typing import Final
+
+import numpy as np
+
+from grounding.types import FloatArray
+
+MAX_DISTANCES: Final = 500
+_TAIL: Final = 0.02
+_HANDFUL: Final = 5
+_MIN_DECAY: Final = 0.25  # of the distance where the tail begins
+
+
+def thinned(distances: FloatArray) -> FloatArray:
+    """Return sorted distances, at most `MAX_DISTANCES`, as evenly spaced quantiles."""
+    if len(distances) <= MAX_DISTANCES:
+        return np.sort(distances)
+    return np.quantile(distances, np.linspace(0, 1, MAX_DISTANCES))
+
+
+def p_values(distances: FloatArray, known: FloatArray) -> FloatArray:
+    """Return the share of known things that lie farther.
+
+    Args:
+        distances: (N,) of the patches in question.
+        known: (M,) sorted, M > 0.
+
+    Returns:
+        (N,) p-values in (0, 1].
+    """
+    share = min(0.5, max(_TAIL, _HANDFUL / len(known)))
+    start = float(np.quantile(known, 1 - share))
+    beyond = known[known > start] - start
+    excess = float(np.median(beyond)) / np.log(2) if len(beyond) else 0.0
+    decay = max(_MIN_DECAY * start, excess, 1e-9)
+    ranks = (1 + len(known) - np.searchsorted(known, distances)) / (1 + len(known))
+    tail = share * np.exp(-np.maximum(distances - start, 0) / decay)
+    return np.where(distances > start, tail, np.maximum(ranks, share))

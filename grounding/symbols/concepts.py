@@ -1,0 +1,196 @@
+"""Concept groups: which words describe the same features, and so exclude each other.
+
+A word describes a family of features (colour, size, shape) when things that bear it are more
+alike in that family than they are to other things; how much more than chance is told by a
+permutation test over whole segments. Words with like profiles that are never said together form
+a group. A quarter of the labels may be wrong: distances saturate, so a stranger counts once.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grounding.features.registry import Family
+from grounding.types import FloatArray
+
+_PERMUTATIONS: Final = 200
+_MAX_SEGMENTS: Final = 300
+_SATURATION: Final = 3.0  # resolutions, root mean square over a family
+_SIGNIFICANT: Final = 3.0  # standard deviations of the permuted statistic
+_SHARE_OF_BEST: Final = 0.3  # a family that is so much weaker is a side effect of another
+_LIKE: Final = 0.4  # cosine of profiles
+_SAID_TOGETHER: Final = 0.1  # of the rarer word's segments
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Concept:
+    """A group of words that exclude each other, and the families that they describe.
+
+    Without families the words are too little known to say what they describe.
+    """
+
+    words: tuple[str, ...]
+    families: tuple[Family, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SegmentTable:
+    """One row a segment.
+
+    Attributes:
+        centres: (S, D) median features in resolutions.
+        families: (D,) of each feature.
+        bears: word -> (S,) whether the segment bears it.
+    """
+
+    centres: FloatArray
+    families: tuple[Family, ...]
+    bears: dict[str, NDArray[np.bool_]]
+
+
+def find_concepts(table: SegmentTable, rng: np.random.Generator) -> list[Concept]:
+    """Group words by what they describe.
+
+    Args:
+        table: the segments.
+        rng: for the permutation tests.
+
+    Returns:
+        Groups in the order of their first word; words that fit no other are alone.
+    """
+    table = _thinned(table)
+    families = tuple(dict.fromkeys(table.families))
+    profiles = _profiles(table, families, rng)
+    groups: list[list[str]] = []
+    for word in sorted(profiles, key=lambda w: (-profiles[w].max(initial=0), w)):
+        _join(word, groups, profiles, table)
+    concepts = _adopt([_concept(words, profiles, families) for words in groups], table)
+    return sorted(concepts, key=lambda c: c.words)
+
+
+def _adopt(concepts: list[Concept], table: SegmentTable) -> list[Concept]:
+    """Give each word that too few patches bear to the one group it is never said together with.
+
+    "yellow", said of cells and cubes but never of red things, is a colour before it is seen often.
+    """
+    sure = {concept.words: concept for concept in concepts if concept.families}
+    left = []
+    for concept in concepts:
+        if concept.families:
+            continue
+        fits = [
+            words
+            for words, known in sure.items()
+            if not any(
+                _said_together(table, one, other) for one in concept.words for other in known.words
+            )
+        ]
+        if len(fits) == 1 < len(sure):
+            grown = tuple(sorted((*sure[fits[0]].words, *concept.words)))
+            sure[fits[0]] = Concept(words=grown, families=sure[fits[0]].families)
+        else:
+            left.append(concept)
+    return [*sure.values(), *left]
+
+
+def describing(words: Sequence[str], profile: FloatArray, families: Sequence[Family]) -> Concept:
+    """Return the concept of words whose joint profile over families is given."""
+    best = profile.max(initial=0)
+    told = [
+        family
+        for family, z in zip(families, profile, strict=True)
+        if z >= max(_SIGNIFICANT, _SHARE_OF_BEST * best)
+    ]
+    return Concept(words=tuple(sorted(words)), families=tuple(told))
+
+
+def _concept(
+    words: list[str], profiles: dict[str, FloatArray], families: tuple[Family, ...]
+) -> Concept:
+    joint = np.sum([profiles[word] for word in words], axis=0) / np.sqrt(len(words))
+    return describing(words, joint, families)
+
+
+def _join(
+    word: str, groups: list[list[str]], profiles: dict[str, FloatArray], table: SegmentTable
+) -> None:
+    """Put a word into the group it is most like, or into a new one."""
+
+    def likeness(group: list[str]) -> float:
+        if any(_said_together(table, word, other) for other in group):
+            return -1.0
+        joint = np.sum([profiles[other] for other in group], axis=0)
+        norms = float(np.linalg.norm(joint) * np.linalg.norm(profiles[word]))
+        return float(joint @ profiles[word]) / norms if norms > 0 else -1.0
+
+    best = max(groups, key=likeness, default=None)
+    if best is not None and likeness(best) >= _LIKE:
+        best.append(word)
+    else:
+        groups.append([word])
+
+
+def _said_together(table: SegmentTable, one: str, other: str) -> bool:
+    both = np.count_nonzero(table.bears[one] & table.bears[other])
+    rarer = min(np.count_nonzero(table.bears[one]), np.count_nonzero(table.bears[other]))
+    return bool(both > _SAID_TOGETHER * rarer)
+
+
+def _profiles(
+    table: SegmentTable, families: tuple[Family, ...], rng: np.random.Generator
+) -> dict[str, FloatArray]:
+    """Return for each word how surely it describes each family, in standard deviations."""
+    apart = [_saturated_distances(table, family) for family in families]
+    profiles = {}
+    for word, bears in table.bears.items():
+        shuffled = np.array([rng.permutation(bears) for _ in range(_PERMUTATIONS)])
+        indicators = np.vstack([bears, shuffled]).astype(float)  # (1 + P, S)
+        z = [_standing(_energies(indicators, distances)) for distances in apart]
+        profiles[word] = np.maximum(z, 0.0)
+    return profiles
+
+
+def _standing(energies: FloatArray) -> float:
+    """Return how far the first value stands above the others, in their standard deviations."""
+    chance = energies[1:]
+    spread = float(chance.std())
+    return float(energies[0] - chance.mean()) / spread if spread > 1e-9 else 0.0
+
+
+def _energies(indicators: FloatArray, distances: FloatArray) -> FloatArray:
+    """Return mean distance to others less mean distance within, for each row of indicators.
+
+    Source:
+        Szekely and Rizzo 2004, the energy statistic, here with a bounded distance.
+    """
+    count = indicators.sum(axis=1)
+    rest = indicators.shape[1] - count
+    to_all = indicators @ distances
+    within = (to_all * indicators).sum(axis=1) / np.maximum(count * (count - 1), 1)
+    between = (to_all * (1 - indicators)).sum(axis=1) / np.maximum(count * rest, 1)
+    energies: FloatArray = between - within
+    return energies
+
+
+def _saturated_distances(table: SegmentTable, family: Family) -> FloatArray:
+    """Return (S, S) distances in one family, bounded by 1."""
+    chosen = table.centres[:, [each is family for each in table.families]]
+    squares = np.sum(chosen**2, axis=1)
+    squared = np.maximum(squares[:, None] + squares[None] - 2 * chosen @ chosen.T, 0)
+    distances: FloatArray = 1 - np.exp(-squared / chosen.shape[1] / (2 * _SATURATION**2))
+    return distances
+
+
+def _thinned(table: SegmentTable) -> SegmentTable:
+    """Return at most some hundred segments, evenly taken."""
+    step = -(-len(table.centres) // _MAX_SEGMENTS)
+    if step <= 1:
+        return table
+    return SegmentTable(
+        centres=table.centres[::step],
+        families=table.families,
+        bears={word: bears[::step] for word, bears in table.bears.items()},
+    )

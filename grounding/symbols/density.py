@@ -1,0 +1,118 @@
+"""How typical a patch is of each word of a group."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import solve_triangular
+from scipy.special import gammaln
+
+from grounding.symbols.model import Moments
+from grounding.types import FloatArray
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class GroupDensity:
+    """The posterior predictive of each of K words over d features (Student's t).
+
+    Attributes:
+        means: (K, d).
+        whiteners: (K, d, d) turn an offset from the mean into units of spread.
+        log_scale: (K,) log of the determinant of each whitener.
+        dof: (K,) degrees of freedom; infinite for a normal.
+    """
+
+    means: FloatArray
+    whiteners: FloatArray
+    log_scale: FloatArray
+    dof: FloatArray
+
+    def squared_distances(self, samples: FloatArray) -> FloatArray:
+        """Return Mahalanobis distances (N, K), squared; features that are NaN are left out."""
+        if np.isfinite(samples).all():
+            return self._distances_of_whole(samples)
+        rows = [self._marginal(sample).squared_distances(_finite(sample)) for sample in samples]
+        return np.vstack(rows)
+
+    def log_densities(self, samples: FloatArray) -> FloatArray:
+        """Return log densities (N, K)."""
+        if not np.isfinite(samples).all():
+            rows = [self._marginal(sample).log_densities(_finite(sample)) for sample in samples]
+            return np.vstack(rows)
+        return self._log_t(self._distances_of_whole(samples))
+
+    def _distances_of_whole(self, samples: FloatArray) -> FloatArray:
+        offsets = samples[None] - self.means[:, None]  # (K, N, d)
+        white = offsets @ self.whiteners.transpose(0, 2, 1)
+        return np.asarray(np.einsum("knd,knd->nk", white, white))
+
+    def _log_t(self, squared: FloatArray) -> FloatArray:
+        d = self.means.shape[1]
+        dof = np.where(np.isfinite(self.dof), self.dof, 1.0)
+        log_t = (
+            gammaln((dof + d) / 2)
+            - gammaln(dof / 2)
+            - d / 2 * np.log(dof * np.pi)
+            - (dof + d) / 2 * np.log1p(squared / dof)
+        )
+        log_normal = -(d * np.log(2 * np.pi) + squared) / 2
+        log_densities: FloatArray = np.where(np.isfinite(self.dof), log_t, log_normal)
+        return log_densities + self.log_scale
+
+    def _marginal(self, sample: FloatArray) -> "GroupDensity":
+        """Return the density over the features that a sample has."""
+        has = np.flatnonzero(np.isfinite(sample))
+        covariances = np.linalg.inv(np.einsum("kij,kil->kjl", self.whiteners, self.whiteners))
+        return density(
+            [mean[has] for mean in self.means],
+            [covariance[np.ix_(has, has)] for covariance in covariances],
+            self.dof,
+        )
+
+
+def density(
+    means: Sequence[FloatArray], covariances: Sequence[FloatArray], dof: FloatArray
+) -> GroupDensity:
+    """Return the densities of words with the given means (d,) and covariances (d, d)."""
+    dimension = len(means[0])
+    whiteners, log_scale = [], []
+    for covariance in covariances:
+        lower = np.linalg.cholesky(covariance) if dimension else np.zeros((0, 0))
+        whiteners.append(solve_triangular(lower, np.eye(dimension), lower=True))
+        log_scale.append(-float(np.log(np.diag(lower)).sum()))
+    return GroupDensity(
+        means=np.array(means),
+        whiteners=np.array(whiteners),
+        log_scale=np.array(log_scale),
+        dof=np.asarray(dof, float),
+    )
+
+
+def predictive(moments: Sequence[Moments], columns: Sequence[int], weight: float) -> GroupDensity:
+    """Return the posterior predictive of words that share part of their spread.
+
+    Each word's covariance is drawn towards the group's common one, that towards the features'
+    resolution (the identity in scaled features); the resolution is then added once more, since
+    the next patch may be taken under another light.
+
+    Args:
+        moments: of each word, in scaled features.
+        columns: the features to predict.
+        weight: how many patches the common spread is worth.
+    """
+    grid = np.ix_(columns, columns)
+    resolution = np.eye(len(columns))
+    scatters = [each.scatter[grid] for each in moments]
+    total = sum(each.weight for each in moments)
+    common = (weight * resolution + np.sum(scatters, axis=0)) / (weight + total)
+    covariances = [
+        ((weight * common + scatter) / (weight + each.weight) + resolution)
+        * (1 + 1 / (1 + each.effective))
+        for each, scatter in zip(moments, scatters, strict=True)
+    ]
+    dof = np.array([weight + each.weight for each in moments])
+    return density([each.mean[columns] for each in moments], covariances, dof)
+
+
+def _finite(sample: FloatArray) -> FloatArray:
+    return sample[np.isfinite(sample)][None]

@@ -1,0 +1,191 @@
+"""Meanings from labels of which whole segments are wrong.
+
+For a group of words, each segment's label is right or wrong as a whole. If it is right, its
+patches follow the word's distribution, with a heavy tail for the stray patch; if it is wrong,
+they follow one of the other words or are anything at all. Expectation and maximisation alternate:
+how likely each segment is right, and the moments of each word weighted with that.
+"""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import expit, logsumexp
+
+from grounding.symbols.calibration import thinned
+from grounding.symbols.density import GroupDensity, density, predictive
+from grounding.symbols.model import Moments
+from grounding.symbols.records import RobustConfig
+from grounding.types import FloatArray
+
+_ITERATIONS: Final = 30
+_CONVERGED: Final = 1e-6
+_STRANGER: Final = 0.3  # of wrong segments that show no thing of the group
+_FIRST_SPREAD: Final = 1.0  # resolutions squared
+_JACKKNIFED: Final = 120  # segments that are left out in turn for the calibration
+_MEDOID_CANDIDATES: Final = 300
+_MEDOID_REACH: Final = 4.0  # resolutions, root mean square
+
+Indices = NDArray[np.intp]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Evidence:
+    """What was said of a group of K words.
+
+    Attributes:
+        samples: (N, D) scaled features.
+        weights: (N,) of the patches.
+        segment: (N,) index of each patch's segment.
+        label: (S,) index of the word that each segment bears.
+        columns: the group's features.
+        anything: moments of all patches whatever was said.
+    """
+
+    samples: FloatArray
+    weights: FloatArray
+    segment: Indices
+    label: Indices
+    columns: list[int]
+    anything: Moments
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Belief:
+    """What is believed of the evidence.
+
+    Attributes:
+        right: (S,) probability that a segment's label is right.
+        typical: (N,) how typical each patch is of its word: 1, less for a stray one.
+        moments: of each word.
+    """
+
+    right: FloatArray
+    typical: FloatArray
+    moments: list[Moments]
+
+
+def learn_words(evidence: Evidence, config: RobustConfig) -> Belief:
+    """Return what the words of a group mean."""
+    words = _first_guess(evidence, config)
+    wrong_rate, before = config.wrong_rate, np.zeros(len(evidence.label))
+    belief = believe(evidence, words, config, wrong_rate)
+    for _ in range(_ITERATIONS):
+        words = predictive(belief.moments, evidence.columns, config.covariance_weight)
+        belief = believe(evidence, words, config, wrong_rate)
+        wrong = float((1 - belief.right).sum()) + config.wrong_rate * config.wrong_rate_weight
+        wrong_rate = min(0.5, wrong / (len(belief.right) + config.wrong_rate_weight))
+        if np.abs(belief.right - before).max() < _CONVERGED:
+            break
+        before = belief.right
+    return belief
+
+
+def believe(
+    evidence: Evidence, words: GroupDensity, config: RobustConfig, wrong_rate: float
+) -> Belief:
+    """Return one step's belief: responsibilities first, moments after."""
+    own = evidence.label[evidence.segment]  # (N,)
+    counts = _per_segment(np.ones(len(own)), evidence)
+    temper = 1 / (1 + (counts - 1) * config.segment_correlation)  # (S,)
+    chosen = evidence.samples[:, evidence.columns]
+    squared = words.squared_distances(chosen)
+    tails = GroupDensity(
+        means=words.means,
+        whiteners=words.whiteners,
+        log_scale=words.log_scale,
+        dof=np.full(len(words.means), config.tail_dof),
+    )
+    logs = np.column_stack([tails.log_densities(chosen), _stranger_log(evidence, chosen)])
+    totals = np.column_stack(
+        [_per_segment(column * evidence.weights, evidence) for column in logs.T]
+    )
+    right = _right(totals * temper[:, None], evidence.label, wrong_rate)
+    at = np.arange(len(own))
+    d = chosen.shape[1]
+    typical = np.minimum(1.0, (config.tail_dof + d) / (config.tail_dof + squared[at, own]))
+    weights = right[evidence.segment] * evidence.weights * typical
+    moments = [
+        Moments.of(
+            evidence.samples,
+            np.where(own == word, weights, 0.0),
+            effective=float((weights * temper[evidence.segment])[own == word].sum()),
+        )
+        for word in range(len(words.means))
+    ]
+    return Belief(right=right, typical=typical, moments=moments)
+
+
+def known_distances(evidence: Evidence, belief: Belief, config: RobustConfig) -> FloatArray:
+    """Return distances of believed patches from their words, each segment left out in turn."""
+    believed = np.flatnonzero(belief.right > 0.5)
+    step = -(-len(believed) // _JACKKNIFED)
+    found = [np.empty(0)]
+    for segment in believed[:: max(1, step)]:
+        inside = evidence.segment == segment
+        word = int(evidence.label[segment])
+        weights = evidence.weights[inside] * belief.typical[inside] * belief.right[segment]
+        count = np.count_nonzero(inside)
+        temper = 1 / (1 + (count - 1) * config.segment_correlation)
+        own = Moments.of(evidence.samples[inside], weights, effective=float(weights.sum()) * temper)
+        others = list(belief.moments)
+        others[word] = others[word].plus(own, sign=-1.0)
+        if others[word].weight <= 0:
+            continue
+        words = predictive(others, evidence.columns, config.covariance_weight)
+        typical = inside & (belief.typical > 0.5)
+        chosen = evidence.samples[np.ix_(typical, evidence.columns)]
+        found.append(np.sqrt(words.squared_distances(chosen)[:, word]))
+    return thinned(np.concatenate(found))
+
+
+def _right(totals: FloatArray, label: Indices, wrong_rate: float) -> FloatArray:
+    """Return the probability (S,) that each label is right.
+
+    Args:
+        totals: (S, K + 1) log likelihood of each segment under each word, last under anything.
+        label: (S,) the word that was said.
+        wrong_rate: prior of a wrong label.
+    """
+    at = np.arange(len(label))
+    others = totals.shape[1] - 2
+    prior = np.full(totals.shape, np.log((1 - _STRANGER) / max(others, 1)))
+    prior[:, -1] = np.log(_STRANGER) if others else 0.0
+    prior[at, label] = -np.inf
+    wrong = logsumexp(totals + prior, axis=1) + np.log(wrong_rate)
+    right = totals[at, label] + np.log1p(-wrong_rate)
+    probability: FloatArray = expit(right - wrong)
+    return probability
+
+
+def _per_segment(values: FloatArray, evidence: Evidence) -> FloatArray:
+    sums = np.bincount(evidence.segment, weights=values, minlength=len(evidence.label))
+    return np.asarray(sums, float)
+
+
+def _stranger_log(evidence: Evidence, chosen: FloatArray) -> FloatArray:
+    """Return log density (N,) of patches whatever they show."""
+    anything = evidence.anything
+    grid = np.ix_(evidence.columns, evidence.columns)
+    spread = anything.scatter[grid] / max(anything.weight, 1.0) + np.eye(len(evidence.columns))
+    wide = density([anything.mean[evidence.columns]], [spread], np.array([5.0]))
+    return wide.log_densities(chosen)[:, 0]
+
+
+def _first_guess(evidence: Evidence, config: RobustConfig) -> GroupDensity:
+    """Return words centred on the segment that most others of the word resemble."""
+    segments = len(evidence.label)
+    chosen = evidence.samples[:, evidence.columns]
+    centres = np.array([np.median(chosen[evidence.segment == s], axis=0) for s in range(segments)])
+    means = []
+    for word in range(int(evidence.label.max()) + 1):
+        own = centres[evidence.label == word]
+        own = own[:: -(-len(own) // _MEDOID_CANDIDATES)]
+        squared = np.mean((own[:, None] - own[None]) ** 2, axis=2)
+        likeness = np.exp(-squared / (2 * _MEDOID_REACH**2)).sum(axis=1)
+        means.append(own[np.argmax(likeness)])
+    d = len(evidence.columns)
+    return density(
+        means, [_FIRST_SPREAD * np.eye(d)] * len(means), np.full(len(means), config.tail_dof)
+    )
