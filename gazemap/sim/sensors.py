@@ -11,7 +11,7 @@ from gazemap.geometry.camera import Camera
 from gazemap.geometry.pose import Overhead, Pose, World
 from gazemap.sim.config import ImagingConfig, LensConfig
 from gazemap.sim.head import HeadPath
-from gazemap.sim.renderer import Rendering
+from gazemap.sim.renderer import CELL_PX, Rendering
 from gazemap.sim.shading import Float32Array, Shutter
 
 _LENS_BLUR_SIGMA_PX = 0.45
@@ -127,10 +127,14 @@ def motion_blur(
     rendering: Rendering, camera: Camera, head: HeadPath, *, t_s: float, exposure_s: float
 ) -> BlurMap:
     """Return the flow of the still scene while the shutter is open, from a coarse grid."""
-    height, width = rendering.far_m.shape
+    height, width = rendering.bgr.shape[:2]
     v, u = (np.linspace(0, side - 1, max(3, side // _FLOW_GRID_PX)) for side in (height, width))
     grid_px = np.stack(np.meshgrid(u, v), axis=2).reshape(-1, 2)
-    column, row = np.round(grid_px).astype(int).T
+    column, row = np.round(grid_px / CELL_PX).astype(int).T
+    column, row = (
+        np.minimum(column, rendering.far_m.shape[1] - 1),
+        np.minimum(row, len(rendering.far_m) - 1),
+    )
     far_m = np.clip(rendering.far_m[row, column], 0.1, 5.0)[:, None]
     now = head.T_world_cam(t_s)
     points = now.transform(camera.unproject(grid_px) * far_m)

@@ -17,7 +17,9 @@ Int32Array = NDArray[np.int32]
 _Numbers = tuple[float, ...]
 _LEVELS = 6
 TABLE_FACE = 0
-_compiled: Callable[..., Any] = numba.njit(cache=True, nogil=True, fastmath=False)
+_compiled: Callable[..., Any] = numba.njit(
+    cache=True, nogil=True, error_model="numpy", fastmath=True
+)
 
 
 class FaceTable(NamedTuple):
@@ -33,12 +35,17 @@ class FaceTable(NamedTuple):
 
 
 class PictureStore(NamedTuple):
-    """All pictures and their halved copies in one array of texels (N, 3), BGR."""
+    """All pictures and their halved copies in one array of texels (N, 3), BGR.
+
+    The others are (pictures, copies): where a copy starts, its size, and that over the original's.
+    """
 
     texels: NDArray[np.uint8]
     offset: NDArray[np.int64]
     width: Int32Array
     height: Int32Array
+    shrink_u: FloatArray
+    shrink_v: FloatArray
 
 
 class Samples(NamedTuple):
@@ -101,35 +108,46 @@ def picture_store(pictures: Sequence[ImageArray]) -> PictureStore:
         offset=np.cumsum([0, *counts[:-1]]).reshape(-1, _LEVELS),
         width=np.ascontiguousarray(width),
         height=np.ascontiguousarray(height),
+        shrink_u=width / width[:, :1],
+        shrink_v=height / height[:, :1],
     )
 
 
 @_compiled
-def _turn(R: FloatArray, ray: Float32Array) -> _Numbers:
-    x = R[0, 0] * ray[0] + R[0, 1] * ray[1] + R[0, 2] * ray[2]
-    y = R[1, 0] * ray[0] + R[1, 1] * ray[1] + R[1, 2] * ray[2]
-    z = R[2, 0] * ray[0] + R[2, 1] * ray[1] + R[2, 2] * ray[2]
-    return x, y, z
+def _turn(R: FloatArray, row: int, ray: Float32Array, i: int) -> _Numbers:
+    x, y, z = ray[i, 0], ray[i, 1], ray[i, 2]
+    return (
+        R[row, 0, 0] * x + R[row, 0, 1] * y + R[row, 0, 2] * z,
+        R[row, 1, 0] * x + R[row, 1, 1] * y + R[row, 1, 2] * z,
+        R[row, 2, 0] * x + R[row, 2, 1] * y + R[row, 2, 2] * z,
+    )
+
+
+@_compiled
+def _along(axes: FloatArray, f: int, x: float, y: float, z: float) -> float:
+    return float(axes[f, 0] * x + axes[f, 1] * y + axes[f, 2] * z)
 
 
 @_compiled
 def _texel(store: PictureStore, texture: int, level: int, uv: _Numbers) -> _Numbers:
     """Return blue, green and red of one copy of a picture, between its four nearest texels."""
     width, height = store.width[texture, level], store.height[texture, level]
-    x = (uv[0] + 0.5) * width / store.width[texture, 0] - 0.5
-    y = (uv[1] + 0.5) * height / store.height[texture, 0] - 0.5
+    x = (uv[0] + 0.5) * store.shrink_u[texture, level] - 0.5
+    y = (uv[1] + 0.5) * store.shrink_v[texture, level] - 0.5
     x, y = min(max(x, 0.0), width - 1.0), min(max(y, 0.0), height - 1.0)
     x0, y0 = int(x), int(y)
-    right, below = min(1, width - 1 - x0), min(1, height - 1 - y0) * width
     fx, fy = x - x0, y - y0
-    at = store.offset[texture, level] + y0 * width + x0
+    a = store.offset[texture, level] + y0 * width + x0
+    b = a + min(1, width - 1 - x0)
+    down = min(1, height - 1 - y0) * width
+    c, d = a + down, b + down
     wa, wb, wc, wd = (1 - fx) * (1 - fy), fx * (1 - fy), (1 - fx) * fy, fx * fy
-    a, b = store.texels[at], store.texels[at + right]
-    c, d = store.texels[at + below], store.texels[at + below + right]
-    blue = wa * a[0] + wb * b[0] + wc * c[0] + wd * d[0]
-    green = wa * a[1] + wb * b[1] + wc * c[1] + wd * d[1]
-    red = wa * a[2] + wb * b[2] + wc * c[2] + wd * d[2]
-    return blue, green, red
+    t = store.texels
+    return (
+        wa * t[a, 0] + wb * t[b, 0] + wc * t[c, 0] + wd * t[d, 0],
+        wa * t[a, 1] + wb * t[b, 1] + wc * t[c, 1] + wd * t[d, 1],
+        wa * t[a, 2] + wb * t[b, 2] + wc * t[c, 2] + wd * t[d, 2],
+    )
 
 
 @_compiled
@@ -146,16 +164,17 @@ def _light_on_table(light: ImageArray, x: float, y: float) -> float:
 
 
 @_compiled
-def _meet(ray: _Numbers, start: FloatArray, faces: FaceTable, f: int) -> _Numbers:
+def _meet(ray: _Numbers, shutter: Shutter, row: int, faces: FaceTable, f: int) -> _Numbers:
     """Return the texel (u, v), the point's x and y, the distance and the cosine of the slant."""
-    n, q, a, b = faces.normal[f], faces.corner[f], faces.u_axis[f], faces.v_axis[f]
-    ox, oy, oz = start[0] - q[0], start[1] - q[1], start[2] - q[2]
-    slant = n[0] * ray[0] + n[1] * ray[1] + n[2] * ray[2]
-    far = -(n[0] * ox + n[1] * oy + n[2] * oz) / slant
+    ox = shutter.p_world_cam[row, 0] - faces.corner[f, 0]
+    oy = shutter.p_world_cam[row, 1] - faces.corner[f, 1]
+    oz = shutter.p_world_cam[row, 2] - faces.corner[f, 2]
+    slant = _along(faces.normal, f, ray[0], ray[1], ray[2])
+    far = -_along(faces.normal, f, ox, oy, oz) / slant
     x, y, z = ox + far * ray[0], oy + far * ray[1], oz + far * ray[2]
-    u = a[0] * x + a[1] * y + a[2] * z - 0.5
-    v = b[0] * x + b[1] * y + b[2] * z - 0.5
-    return u, v, x + q[0], y + q[1], far, abs(slant)
+    u = _along(faces.u_axis, f, x, y, z) - 0.5
+    v = _along(faces.v_axis, f, x, y, z) - 0.5
+    return u, v, x + faces.corner[f, 0], y + faces.corner[f, 1], far, abs(slant)
 
 
 @_compiled
@@ -163,6 +182,8 @@ def shade(
     samples: Samples, shutter: Shutter, faces: FaceTable, store: PictureStore, light: ImageArray
 ) -> Float32Array:
     """Return the colours (N, 3), BGR, of rays that meet known faces; black where face is none.
+
+    Rows of arrays are never taken as views here: counting their owners costs more than the rest.
 
     Args:
         samples: the rays; a face below 0 or beyond the table is left black.
@@ -173,23 +194,22 @@ def shade(
     """
     colours = np.zeros((len(samples.face), 3), np.float32)
     for i in range(len(samples.face)):
-        f = samples.face[i]
+        f, row = samples.face[i], samples.row[i]
         if f < 0 or f >= len(faces.texture):
             continue
-        row = samples.row[i]
-        ray = _turn(shutter.R_world_cam[row], samples.ray_cam[i])
-        u, v, x, y, far, slant = _meet(ray, shutter.p_world_cam[row], faces, f)
+        ray = _turn(shutter.R_world_cam, row, samples.ray_cam, i)
+        u, v, x, y, far, slant = _meet(ray, shutter, row, faces, f)
         width = far * faces.texels_per_m[f] / (shutter.focal_px * np.sqrt(slant + 0.02))
         level = min(max(np.log2(width), 0.0), _LEVELS - 1.001)
         sharp = int(level)
-        part = level - sharp
-        near = _texel(store, faces.texture[f], sharp, (u, v))
-        coarse = _texel(store, faces.texture[f], sharp + 1, (u, v))
-        tint = faces.tint[f]
-        if f == TABLE_FACE:
-            tint *= _light_on_table(light, x, y)
-        for c in range(3):
-            colours[i, c] = tint * ((1.0 - part) * near[c] + part * coarse[c])
+        part = min(max(2.0 * (level - sharp) - 0.5, 0.0), 1.0)  # half the lookups need one copy
+        near = coarse = _texel(store, faces.texture[f], sharp + int(part >= 1.0), (u, v))
+        if 0.0 < part < 1.0:
+            coarse = _texel(store, faces.texture[f], sharp + 1, (u, v))
+        tint = faces.tint[f] * (_light_on_table(light, x, y) if f == TABLE_FACE else 1.0)
+        colours[i, 0] = tint * ((1.0 - part) * near[0] + part * coarse[0])
+        colours[i, 1] = tint * ((1.0 - part) * near[1] + part * coarse[1])
+        colours[i, 2] = tint * ((1.0 - part) * near[2] + part * coarse[2])
     return colours
 
 
@@ -198,6 +218,6 @@ def turned(R_world_cam: FloatArray, ray_cam: Float32Array, row: Int32Array) -> F
     """Return directions (N, 3) in world of rays (N, 3) that are exposed with image rows (N,)."""
     directions = np.empty_like(ray_cam)
     for i in range(len(row)):
-        x, y, z = _turn(R_world_cam[row[i]], ray_cam[i])
+        x, y, z = _turn(R_world_cam, row[i], ray_cam, i)
         directions[i, 0], directions[i, 1], directions[i, 2] = x, y, z
     return directions

@@ -33,9 +33,14 @@ class ShadowPainter:
         return np.asarray(cv2.GaussianBlur(light, (0, 0), _SOFT_SIGMA_PX))
 
 
+def on_table(points_world: FloatArray) -> FloatArray:
+    """Return where the shadows of points (N, 3) fall on the plane of the table top, (N, 3)."""
+    shadow: FloatArray = points_world - points_world[:, 2:] / LIGHT_WORLD[2] * LIGHT_WORLD
+    return shadow
+
+
 def _paint(light: ImageArray, corners_world: FloatArray) -> None:
-    above = corners_world[:, 2:] / LIGHT_WORLD[2]
-    on_table = corners_world[:, :2] - above * LIGHT_WORLD[:2]
-    uv = on_table * [_PX_PER_M, -_PX_PER_M] + [light.shape[1] / 2, light.shape[0] / 2] - 0.5
+    ground = on_table(corners_world)[:, :2]
+    uv = ground * [_PX_PER_M, -_PX_PER_M] + [light.shape[1] / 2, light.shape[0] / 2] - 0.5
     hull = cv2.convexHull(np.round(uv * 2**_FRACTION_BITS).astype(np.int32))
     cv2.fillConvexPoly(light, hull, _SHADE, cv2.LINE_AA, _FRACTION_BITS)

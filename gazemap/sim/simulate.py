@@ -16,8 +16,9 @@ from gazemap.sim.eyes import Look, look_around
 from gazemap.sim.eyetracker import EyeRecord, record_eyes
 from gazemap.sim.hand import hand_at
 from gazemap.sim.head import HeadPath, move_head
+from gazemap.sim.model import Model, Moment
 from gazemap.sim.recording import SessionWriter, VideoWriter, frame_times_s
-from gazemap.sim.renderer import Model, Moment, Renderer
+from gazemap.sim.renderer import Renderer
 from gazemap.sim.sensors import (
     Sensor,
     brightness,
@@ -25,9 +26,9 @@ from gazemap.sim.sensors import (
     hang_overhead,
     head_shutter,
     motion_blur,
-    still_shutter,
 )
 from gazemap.sim.speech import Utterance, speak
+from gazemap.sim.still_view import StillView
 from gazemap.sim.surfaces import Room, build_room
 from gazemap.sim.tabletop import Demonstration, demonstrate
 from gazemap.sim.truth import truth_document, write_trajectory, write_truth
@@ -139,7 +140,8 @@ def _film_scene(script: Script, model: Model, path: Path, progress: Progress) ->
     times_s = frame_times_s(config.scene_lens, config.seconds)
     with VideoWriter(path, config.scene_lens, crf=config.imaging.crf) as video:
         for i, t_s in enumerate(times_s.tolist()):
-            rendering = renderer.render(script.moment(t_s), head_shutter(camera, script.head, t_s))
+            shutter = head_shutter(camera, script.head, t_s)
+            rendering = renderer.render(script.moment(t_s), shutter, renderer.whole)
             exposure_s = config.imaging.exposure_s
             blur = (
                 motion_blur(rendering, camera, script.head, t_s=t_s, exposure_s=exposure_s)
@@ -153,11 +155,10 @@ def _film_scene(script: Script, model: Model, path: Path, progress: Progress) ->
 
 def _film_overhead(script: Script, model: Model, path: Path) -> None:
     config, camera = script.config, script.overhead_camera
-    renderer = Renderer(camera, model)
+    view = StillView(camera, model, script.T_world_overhead)
     sensor = Sensor(config.imaging, camera, np.random.default_rng([config.seed, 2]))
-    shutter = still_shutter(camera, script.T_world_overhead)
     with VideoWriter(path, config.overhead_lens, crf=config.imaging.crf) as video:
         for t_s in frame_times_s(config.overhead_lens, config.seconds).tolist():
-            rendering = renderer.render(script.moment(t_s), shutter)
+            rendering = view.render(script.moment(t_s))
             gain = brightness(t_s, config.imaging)
             video.write(sensor.expose(rendering, gain=gain, blur_map=None), t_s)
