@@ -14,6 +14,7 @@ COMMANDS: Final[dict[str, tuple[str, str]]] = {
     "router": ("services.cli.router", "Run a Zenoh router with the rules of deploy/."),
     "simulate": ("services.cli.simulate", "Write a simulated session and the truth about it."),
     "symbols": ("services.cli.symbols", "Learn what words mean from patches, and name new ones."),
+    "slam": ("services.cli.slam", "Track and map a recording."),
 }
 
 
