@@ -1,0 +1,77 @@
+"""Settings of the gaze stage."""
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+
+class FixationMethod(StrEnum):
+    """How fixations are told from saccades."""
+
+    VELOCITY = "velocity"
+    DISPERSION = "dispersion"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FixationConfig:
+    """When gaze rests.
+
+    Attributes:
+        method: by the speed of gaze in world, or by how far it spreads.
+        window_s: speed is the difference of the medians over such windows before and after.
+        min_jump_deg: a smaller step is no saccade.
+        noise_factor: how many times the noise of the step a saccade must be.
+        dispersion_deg: how far gaze may spread within a fixation (method dispersion).
+        merge_gap_s: fixations closer in time than this are one ...
+        merge_deg: ... if they are closer in direction than this as well.
+        min_duration_s: anything shorter is no fixation.
+        assumed_distance_m: how far gaze is taken to reach where it meets no table.
+    """
+
+    method: FixationMethod = FixationMethod.VELOCITY
+    window_s: float = 0.03
+    min_jump_deg: float = 0.9
+    noise_factor: float = 4.0
+    dispersion_deg: float = 1.5
+    merge_gap_s: float = 0.075
+    merge_deg: float = 0.8
+    min_duration_s: float = 0.08
+    assumed_distance_m: float = 1.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OffsetConfig:
+    """How a session's constant gaze error is found.
+
+    Attributes:
+        max_deg: larger errors are not looked for.
+        start_sigma_deg: how far from an object's centre people look, at first.
+        min_sigma_deg: nobody looks more exactly.
+        on_object: share of fixations that are on objects, at first.
+        ahead_s: a thing's next place is looked at so long before it gets there.
+        significance: the error is taken out if its squared Mahalanobis length is above this
+            (chi-square of two degrees at 99 %).
+        unknown_sigma_deg: how well gaze is known where nothing could be estimated.
+    """
+
+    max_deg: float = 5.0
+    start_sigma_deg: float = 0.7
+    min_sigma_deg: float = 0.1
+    on_object: float = 0.5
+    ahead_s: float = 6.0
+    significance: float = 9.21
+    unknown_sigma_deg: float = 1.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GazeNoise:
+    """What is uncertain about one fixation's ray.
+
+    Attributes:
+        fixation_sigma_deg: of a fixation's direction, apart from the constant offset.
+        pose_sigma_m: of the camera's place.
+        pose_sigma_deg: of the camera's heading.
+    """
+
+    fixation_sigma_deg: float = 0.06
+    pose_sigma_m: float = 0.0005
+    pose_sigma_deg: float = 0.02

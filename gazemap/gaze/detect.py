@@ -1,0 +1,196 @@
+"""Fixations of a head-worn eye tracker: where gaze rests in the world while the head moves.
+
+A head that moves drags gaze along in the image although the eye holds a point. Each sample is
+therefore carried to the support plane (or a usual distance) by the camera's pose, and steps are
+measured between such points as the camera sees them at one moment: what is left is the eye's own
+motion. Without a pose the camera's frame has to do.
+
+Source:
+    Velocity threshold (I-VT) and dispersion threshold (I-DT): Salvucci and Goldberg 2000; the
+    threshold follows the noise as in Nystrom and Holmqvist 2010.
+"""
+
+import numpy as np
+
+from gazemap.gaze.config import FixationConfig, FixationMethod
+from gazemap.gaze.directions import angles_of, poses_at
+from gazemap.geometry.arrays import BoolArray, FloatArray, IntArray
+from gazemap.geometry.camera import Camera
+from gazemap.types.session import Blink, Fixation, GazeSamples
+from gazemap.types.tracking import Trajectory
+
+_MAX_SAMPLE_GAP_S = 0.075
+
+
+def detect_fixations(
+    gaze: GazeSamples,
+    camera: Camera,
+    trajectory: Trajectory | None,
+    blinks: tuple[Blink, ...],
+    config: FixationConfig,
+) -> tuple[Fixation, ...]:
+    """Return the fixations in time order, numbered from 1.
+
+    Args:
+        gaze: samples; those in blinks, not worn or without a pixel are left out.
+        camera: the scene camera.
+        trajectory: its path, or None where there is none.
+        blinks: intervals without gaze, beside those marked in the samples.
+        config: settings.
+    """
+    keep = _usable(gaze, blinks)
+    t_ns, uv_px = gaze.t_ns[keep], gaze.uv_px[keep]
+    if len(t_ns) < 5:
+        return ()
+    steady = _Steady(t_ns, camera.unproject(uv_px), trajectory, config)
+    find = _by_velocity if config.method is FixationMethod.VELOCITY else _by_dispersion
+    spans = [s for s in _merged(find(steady, config), steady, config) if len(s) >= 3]
+    found = [s for s in spans if (t_ns[s[-1]] - t_ns[s[0]]) * 1e-9 >= config.min_duration_s]
+    return tuple(_fixation(n + 1, t_ns[s], uv_px[s]) for n, s in enumerate(found))
+
+
+def _fixation(fixation_id: int, t_ns: IntArray, uv_px: FloatArray) -> Fixation:
+    u_px, v_px = np.median(uv_px, axis=0)
+    return Fixation(
+        fixation_id=fixation_id,
+        start_ns=int(t_ns[0]),
+        end_ns=int(t_ns[-1]),
+        u_px=float(u_px),
+        v_px=float(v_px),
+    )
+
+
+def _usable(gaze: GazeSamples, blinks: tuple[Blink, ...]) -> BoolArray:
+    keep = gaze.worn & ~gaze.blink & np.isfinite(gaze.uv_px).all(axis=1)
+    for blink in blinks:
+        keep &= (gaze.t_ns < blink.start_ns) | (gaze.t_ns > blink.end_ns)
+    return np.asarray(keep)
+
+
+class _Steady:
+    """Gaze samples with the head's motion taken out."""
+
+    def __init__(
+        self,
+        t_ns: IntArray,
+        directions_cam: FloatArray,
+        trajectory: Trajectory | None,
+        config: FixationConfig,
+    ) -> None:
+        self.t_ns, self._directions = t_ns, directions_cam
+        self.R, self.p = np.tile(np.eye(3), (len(t_ns), 1, 1)), np.zeros((len(t_ns), 3))
+        is_posed = np.zeros(len(t_ns), dtype=bool)
+        if trajectory is not None:
+            self.R, self.p, is_posed = poses_at(trajectory, t_ns)
+        self._is_posed = is_posed
+        rays = np.einsum("nij,nj->ni", self.R, directions_cam)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            reach = -self.p[:, 2] / rays[:, 2]
+        is_near = (reach > 0) & (reach < 3 * config.assumed_distance_m)
+        reach = np.where(is_near, reach, config.assumed_distance_m)
+        self._points = self.p + reach[:, None] * rays
+        self.period_s = float(np.median(np.diff(t_ns))) * 1e-9
+
+    def seen_from(self, i: IntArray, j: IntArray) -> FloatArray:
+        """Return the angles (..., 2) in degrees at which sample j's point lies for the camera of i.
+
+        Angles are relative to sample i's own camera; without poses sample j's direction is taken
+        as it is.
+        """
+        to_point = np.einsum("...ij,...i->...j", self.R[i], self._points[j] - self.p[i])
+        both = (self._is_posed[i] & self._is_posed[j])[..., None]
+        direction = np.where(both, to_point, self._directions[j])
+        flat = angles_of(direction.reshape(-1, 3))
+        return np.asarray(np.degrees(flat).reshape((*direction.shape[:-1], 2)))
+
+
+def _by_velocity(steady: _Steady, config: FixationConfig) -> list[IntArray]:
+    """Split where the median direction steps; the step must stand out of the noise."""
+    width = max(2, round(config.window_s / steady.period_s))
+    count = len(steady.t_ns)
+    centre = np.arange(count)[:, None]
+    offsets = np.arange(-width, width)
+    at = np.clip(centre + offsets, 0, count - 1)
+    seen = steady.seen_from(np.broadcast_to(centre, at.shape), at)  # (N, 2 * width, 2)
+    before, after = np.median(seen[:, :width], axis=1), np.median(seen[:, width:], axis=1)
+    step = np.linalg.norm(after - before, axis=1)
+    # A sample's neighbour differs by noise alone but for the few samples in saccades.
+    noise = 1.4826 * np.median(np.abs(np.diff(seen[:, width - 1 : width + 1], axis=1))) / np.sqrt(2)
+    limit = max(config.min_jump_deg, config.noise_factor * noise * np.sqrt(2.0 / width) * 1.25)
+    is_still = step < limit
+    spans = _runs(is_still, steady.t_ns)
+    return [_grown(s, steady, noise, width) for s in spans if len(s) >= 3]
+
+
+def _runs(flags: BoolArray, t_ns: IntArray) -> list[IntArray]:
+    """Return index runs where flags hold, split at gaps in time."""
+    index = np.flatnonzero(flags)
+    if len(index) == 0:
+        return []
+    gap_ns = np.diff(t_ns[index])
+    cuts = np.flatnonzero((np.diff(index) > 1) | (gap_ns > _MAX_SAMPLE_GAP_S * 1e9)) + 1
+    return np.split(index, cuts)
+
+
+def _grown(span: IntArray, steady: _Steady, noise_deg: float, width: int) -> IntArray:
+    """Return the span with the samples at its ends that belong to it.
+
+    The step is already high half a window before a saccade begins.
+    """
+    centre = np.median(steady.seen_from(np.full(len(span), span[0]), span), axis=0)
+    limit = max(4.0 * noise_deg, 0.3)
+
+    def belongs(k: int) -> bool:
+        return bool(np.linalg.norm(steady.seen_from(span[:1], np.array([k]))[0] - centre) < limit)
+
+    low, high = int(span[0]), int(span[-1])
+    low_end, high_end = max(low - width, 0), min(high + width, len(steady.t_ns) - 1)
+    while low > low_end and belongs(low - 1):
+        low -= 1
+    while high < high_end and belongs(high + 1):
+        high += 1
+    return np.arange(low, high + 1)
+
+
+def _by_dispersion(steady: _Steady, config: FixationConfig) -> list[IntArray]:
+    """Grow each span while its directions stay within the allowed spread."""
+    spans: list[IntArray] = []
+    start, count = 0, len(steady.t_ns)
+    min_ns = int(config.min_duration_s * 1e9)
+    while start < count:
+        end = int(np.searchsorted(steady.t_ns, steady.t_ns[start] + min_ns))
+        if end >= count:
+            break
+        if _spread(steady, start, end) > config.dispersion_deg:
+            start += 1
+            continue
+        while end + 1 < count and _spread(steady, start, end + 1) <= config.dispersion_deg:
+            end += 1
+        spans.append(np.arange(start, end + 1))
+        start = end + 1
+    return spans
+
+
+def _spread(steady: _Steady, start: int, end: int) -> float:
+    """Return how far directions spread: 5th to 95th percentile, the larger of the two axes."""
+    index = np.arange(start, end + 1)
+    seen = steady.seen_from(np.full(len(index), start), index)
+    low, high = np.percentile(seen, [5, 95], axis=0)
+    return float((high - low).max())
+
+
+def _merged(spans: list[IntArray], steady: _Steady, config: FixationConfig) -> list[IntArray]:
+    merged: list[IntArray] = []
+    for span in spans:
+        if merged and _is_one(merged[-1], span, steady, config):
+            merged[-1] = np.arange(merged[-1][0], span[-1] + 1)
+        else:
+            merged.append(span)
+    return merged
+
+
+def _is_one(a: IntArray, b: IntArray, steady: _Steady, config: FixationConfig) -> bool:
+    if (steady.t_ns[b[0]] - steady.t_ns[a[-1]]) * 1e-9 > config.merge_gap_s:
+        return False
+    both = [np.median(steady.seen_from(np.full(len(s), b[0]), s), axis=0) for s in (a, b)]
+    return bool(np.linalg.norm(both[1] - both[0]) < config.merge_deg)

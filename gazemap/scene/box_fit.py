@@ -1,0 +1,171 @@
+"""Fits a box to what several views see of one thing.
+
+A box divides every cut-out into inside and outside of its silhouette. The best box is the one
+whose division the colours explain best: the colours inside and outside are learnt from the
+division itself, so nothing is assumed about which colours a thing or a table has.
+
+Source:
+    Region-based pose estimation as in Prisacariu and Reid 2012 (PWP3D), with the box's size as
+    further unknowns and several views; optimised without derivatives.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import minimize
+
+from gazemap.geometry.arrays import FloatArray
+from gazemap.scene.colours import ColourDivision, ColourModel
+from gazemap.scene.config import BoxFitConfig
+from gazemap.scene.silhouette import sum_inside
+
+_ROUNDS = 3
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Box:
+    """An upright box in world.
+
+    Attributes:
+        centre: (3,) of its volume, metres.
+        yaw_rad: heading of its length about z.
+        size_m: (3,) length, width, height.
+    """
+
+    centre: FloatArray
+    yaw_rad: float
+    size_m: FloatArray
+
+    @property
+    def shape(self) -> FloatArray:
+        """The seven numbers that `silhouette` takes."""
+        return np.array([*self.centre, self.yaw_rad, *self.size_m])
+
+    @staticmethod
+    def from_shape(shape: FloatArray) -> "Box":
+        """Return the box of seven numbers."""
+        return Box(centre=shape[:3].copy(), yaw_rad=float(shape[3]), size_m=shape[4:7].copy())
+
+    def standing_on(self, base_m: float, height_m: float) -> "Box":
+        """Return the box of another height on another level."""
+        return Box(
+            centre=np.array([*self.centre[:2], base_m + height_m / 2]),
+            yaw_rad=self.yaw_rad,
+            size_m=np.array([*self.size_m[:2], height_m]),
+        )
+
+    @property
+    def base_m(self) -> float:
+        """The height it stands on."""
+        return float(self.centre[2] - self.size_m[2] / 2)
+
+    @property
+    def top_m(self) -> float:
+        """The height of its upper side."""
+        return float(self.centre[2] + self.size_m[2] / 2)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class BoxFit:
+    """A fitted box.
+
+    Attributes:
+        box: the box.
+        cov_world: (3, 3) covariance of its centre, m^2.
+        log_likelihood: of all cut-outs under their division by the box.
+    """
+
+    box: Box
+    cov_world: FloatArray
+    log_likelihood: float
+
+
+# Which of the shape's seven numbers are searched; z follows from the base and the height.
+_ALL = np.array([0, 1, 3, 4, 5, 6])
+_PLACE = np.array([0, 1, 3])
+_STEPS = np.array([0.004, 0.004, 0.15, 0.006, 0.006, 0.006])
+
+
+def fit_box(division: ColourDivision, starts: list[Box], config: BoxFitConfig) -> BoxFit:
+    """Return the box that divides the cut-outs best; each start keeps the level it stands on."""
+    fits = [_Search(division, start, config, _ALL).run() for start in starts]
+    return max(fits, key=lambda fit: fit.log_likelihood)
+
+
+def fit_place(
+    division: ColourDivision, starts: list[Box], config: BoxFitConfig, inside: ColourModel
+) -> BoxFit:
+    """Return where a box of known size and colours stands: place and heading alone are searched."""
+    fits = [_Search(division, start, config, _PLACE, inside).run() for start in starts]
+    return max(fits, key=lambda fit: fit.log_likelihood)
+
+
+class _Search:
+    """Alternates between learning the colours and moving the box."""
+
+    def __init__(
+        self,
+        division: ColourDivision,
+        start: Box,
+        config: BoxFitConfig,
+        free: np.ndarray[tuple[int], np.dtype[np.int64]],
+        inside: ColourModel | None = None,
+    ) -> None:
+        self._division, self._config, self._inside = division, config, inside
+        self._free, self._base, self._shape = free, start.base_m, start.shape
+        self._sums = np.zeros((1, 1, 2))
+
+    def run(self) -> BoxFit:
+        for k in range(_ROUNDS):
+            odds, _ = self._division.log_odds(self._shape, self._inside)
+            self._sums = np.zeros((*odds.shape[:2], odds.shape[2] + 1))
+            np.cumsum(odds, axis=2, out=self._sums[:, :, 1:])
+            self._move(is_last=k == _ROUNDS - 1)
+        return BoxFit(
+            box=Box.from_shape(self._shape),
+            cov_world=self._covariance(),
+            log_likelihood=self._division.log_odds(self._shape, self._inside)[1],
+        )
+
+    def _with(self, free: FloatArray) -> FloatArray:
+        shape = self._shape.copy()
+        shape[self._free] = free
+        shape[2] = self._base + shape[6] / 2
+        return shape
+
+    def _gain(self, free: FloatArray) -> float:
+        shape, config = self._with(free), self._config
+        sides = shape[4:6]
+        if sides.min() < config.min_side_m / 2 or sides.max() > config.max_side_m:
+            return -1e9
+        if shape[6] < 1e-3:
+            return -1e9
+        return float(sum_inside(shape, self._division.projections, self._sums))
+
+    def _move(self, *, is_last: bool) -> None:
+        start = self._shape[self._free]
+        steps = _STEPS[: len(start)]
+        best = minimize(  # type: ignore[call-overload]  # the stubs lack "initial_simplex"
+            lambda x: -self._gain(x),
+            start,
+            method="Nelder-Mead",
+            options={
+                "initial_simplex": np.vstack([start, start + np.diag(steps)]),
+                "xatol": 2e-4 if is_last else 1e-3,
+                "fatol": 0.5 if is_last else 5.0,
+                "maxfev": 300,
+            },
+        )
+        self._shape = self._with(np.asarray(best.x, dtype=np.float64))
+
+    def _covariance(self) -> FloatArray:
+        """Return the centre's covariance (3, 3) from how sharp the optimum is, with a floor."""
+        start = self._shape[self._free]
+        step = _STEPS[: len(start)] / 2
+        peak = self._gain(start)
+        variance = np.zeros(7)
+        for k, axis in enumerate(np.diag(step)):
+            drop = 2 * peak - self._gain(start + axis) - self._gain(start - axis)
+            variance[self._free[k]] = step[k] ** 2 / max(drop, 1e-3)
+        spread = np.array([variance[0], variance[1], variance[6] / 4])
+        return np.diag(np.clip(spread, 0, 0.02**2) + self._config.sigma_floor_m**2)

@@ -1,0 +1,112 @@
+"""The colours of a thing and of what surrounds it, as histograms."""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from scipy.ndimage import gaussian_filter
+
+from gazemap.geometry.arrays import BoolArray, FloatArray, IntArray
+from gazemap.scene.crops import Crop
+from gazemap.scene.silhouette import mask_inside
+
+_BINS = 16
+_LOG_ODDS_LIMIT = 3.0
+# Share of the probability that is spread over all colours, for those never seen.
+_UNSEEN = 1e-2
+
+BinArray = IntArray
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ColourModel:
+    """How often a thing shows each colour, for each kind of camera.
+
+    Attributes:
+        log_density: {is_overhead: (bins,)}.
+    """
+
+    log_density: dict[bool, FloatArray]
+
+    def overlap(self, other: "ColourModel") -> float:
+        """Return the Bhattacharyya coefficient, 0 to 1, averaged over the cameras both know."""
+        shared = sorted(self.log_density.keys() & other.log_density.keys())
+        if not shared:
+            return 0.0
+        return float(
+            np.mean(
+                [np.exp(0.5 * (self.log_density[k] + other.log_density[k])).sum() for k in shared]
+            )
+        )
+
+
+class ColourDivision:
+    """Cut-outs of one thing, each pixel sorted into a bin of colours."""
+
+    def __init__(self, crops: list[Crop]) -> None:
+        """Sort the pixels of at least one cut-out; all are of one size."""
+        self.crops = crops
+        self.size_px = crops[0].image.shape[0]
+        self.projections = np.stack([c.projection for c in crops])
+        self._bins = np.stack([_colour_bins(c) for c in crops])
+        self._valid = np.stack([c.valid for c in crops])
+        kinds = np.array([c.is_overhead for c in crops])
+        self._views = {bool(k): np.flatnonzero(kinds == k) for k in np.unique(kinds)}
+
+    def masks(self, shape: FloatArray) -> BoolArray:
+        """Return the silhouettes of a box in all cut-outs (V, n, n)."""
+        return np.stack([mask_inside(shape, p, self.size_px) for p in self.projections])
+
+    def log_odds(
+        self, shape: FloatArray, inside_model: ColourModel | None = None
+    ) -> tuple[FloatArray, float]:
+        """Return log-odds of inside to outside (V, n, n), and the division's log-likelihood.
+
+        The colours are learnt for each camera on its own, for two cameras see them differently;
+        those inside are taken as given where the thing is known.
+        """
+        masks = self.masks(shape)
+        odds = np.zeros(masks.shape)
+        total = 0.0
+        for kind, views in self._views.items():
+            bins, valid = self._bins[views], self._valid[views]
+            inside, outside = masks[views] & valid, ~masks[views] & valid
+            known = inside_model.log_density.get(kind) if inside_model else None
+            log_in = _log_density(bins[inside]) if known is None else known
+            log_out = _log_density(bins[outside])
+            ratio = np.clip(log_in - log_out, -_LOG_ODDS_LIMIT, _LOG_ODDS_LIMIT)
+            odds[views] = np.where(valid, ratio[bins], 0.0)
+            total += float(log_in[bins[inside]].sum() + log_out[bins[outside]].sum())
+        return odds, total
+
+    def clarity(self, shape: FloatArray) -> float:
+        """Return the mean log-odds inside the silhouette, in the view where it is least."""
+        odds, _ = self.log_odds(shape)
+        inside = self.masks(shape) & self._valid
+        means = [float(o[m].mean()) for o, m in zip(odds, inside, strict=True) if m.any()]
+        return min(means, default=0.0)
+
+    def model(self, shape: FloatArray) -> ColourModel:
+        """Return the colours inside a box's silhouettes."""
+        masks = self.masks(shape) & self._valid
+        return ColourModel(
+            log_density={
+                kind: _log_density(self._bins[views][masks[views]])
+                for kind, views in self._views.items()
+            }
+        )
+
+
+def _colour_bins(crop: Crop) -> BinArray:
+    lab = cv2.cvtColor(crop.image, cv2.COLOR_BGR2LAB).astype(np.int64)
+    level = lab[..., 0] * _BINS // 256
+    # The two chroma axes use a part of their range only: twice as fine, and cut at the ends.
+    a, b = (np.clip((lab[..., k] - 64) * _BINS // 128, 0, _BINS - 1) for k in (1, 2))
+    return np.asarray((level * _BINS + a) * _BINS + b)
+
+
+def _log_density(bins: BinArray) -> FloatArray:
+    counts = np.bincount(bins, minlength=_BINS**3).astype(np.float64).reshape((_BINS,) * 3)
+    smooth = gaussian_filter(counts, 0.7, mode="constant") + _UNSEEN * max(len(bins), 1) / _BINS**3
+    density: FloatArray = np.log(smooth / smooth.sum()).ravel()
+    return density

@@ -1,0 +1,94 @@
+"""Settings of the scene: objects, surface and the rays cast into them."""
+
+from dataclasses import dataclass, field
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ForegroundConfig:
+    """What stands out of the table in a view from above.
+
+    Attributes:
+        reduction: images are reduced by this factor before they are segmented.
+        min_distance_sigma: how far a colour must lie from the table's.
+        min_area_m2: smaller regions, measured on the table, are dropped.
+        max_length_m: longer regions are dropped: no object, or an arm.
+    """
+
+    reduction: int = 2
+    min_distance_sigma: float = 4.5
+    min_area_m2: float = 1.0e-4
+    max_length_m: float = 0.25
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SiteConfig:
+    """When something is at rest.
+
+    Attributes:
+        settle_s: a region counts as resting after it stood still for so long.
+        max_shift_m: regions closer than this are the same one.
+        min_same: share of a site's pixels that must look as before for it to be recognised.
+        max_bare: share of its pixels that may look like the table while it is there.
+        min_bare: share of its pixels that look like the table once it has left.
+        empty_s: the table must show, unchanged, for so long before a place counts as empty.
+        max_change: what counts as unchanged from frame to frame, in 8-bit CIELAB.
+        lift_s: a hand that hid a thing takes at most so long to lift it out of its place.
+        history_s: how far back a thing's arrival is looked for.
+    """
+
+    settle_s: float = 0.4
+    max_shift_m: float = 0.004
+    min_same: float = 0.25
+    max_bare: float = 0.2
+    min_bare: float = 0.6
+    lift_s: float = 0.3
+    empty_s: float = 0.5
+    max_change: float = 6.0
+    history_s: float = 4.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BoxFitConfig:
+    """How a box is fitted to its silhouettes.
+
+    Attributes:
+        crop_px: side of the square cut-outs that are compared.
+        start_heights_m: heights from which the search starts.
+        min_height_m: anything lower is a mark on the table.
+        min_side_m: anything narrower is no object.
+        max_side_m: anything longer is no object.
+        min_clarity: mean log-odds of a thing's colours against its surroundings, in each view.
+        min_views: views beside the one from above that a height needs.
+        max_views: views that are kept for one resting place.
+        view_period_s: views of one resting place are at least so far apart.
+        sigma_floor_m: no centre is claimed to be known better.
+    """
+
+    crop_px: int = 96
+    start_heights_m: tuple[float, ...] = (0.004, 0.018, 0.035, 0.06)
+    min_height_m: float = 0.007
+    min_side_m: float = 0.008
+    max_side_m: float = 0.30
+    min_clarity: float = 1.2
+    min_views: int = 3
+    max_views: int = 10
+    view_period_s: float = 0.35
+    sigma_floor_m: float = 0.001
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SceneConfig:
+    """Settings of the scene stage.
+
+    Attributes:
+        head_period_s: head frames are looked at this far apart.
+        margin_m: the table goes on for so long beyond its outermost tags.
+        surface_sigma_m: standard deviation of the table along its normal.
+    """
+
+    foreground: ForegroundConfig = field(default_factory=ForegroundConfig)
+    sites: SiteConfig = field(default_factory=SiteConfig)
+    fit: BoxFitConfig = field(default_factory=BoxFitConfig)
+    head_period_s: float = 0.15
+    margin_m: float = 0.10
+    surface_sigma_m: float = 0.0005

@@ -1,0 +1,178 @@
+"""Objects as they come to rest and leave, frame by frame; nothing later than a frame is used."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from gazemap.geometry.arrays import FloatArray
+from gazemap.geometry.camera import Camera
+from gazemap.geometry.pose import Body, Cam, Overhead, Pose, World
+from gazemap.scene.colours import ColourModel
+from gazemap.scene.config import SceneConfig
+from gazemap.scene.crops import PosedCamera
+from gazemap.scene.foreground import TableView
+from gazemap.scene.resting import Known, Resting
+from gazemap.scene.sites import Site, SiteTracker
+from gazemap.types.frame import Frame
+from gazemap.types.scene import ObjectState, SceneObject
+from gazemap.types.session import TagLayout
+
+_DEFAULT_OUTLINE = np.array([[-0.6, -0.4], [0.6, 0.4]])
+_MIN_LIKENESS = 0.4
+
+
+class LiveObjects:
+    """Things that stand on the table, from the overhead camera and the views of the head camera.
+
+    `add` takes the overhead frames and says what settled or left; `add_view` takes posed head
+    frames, without which no height can be told: a thing is reported once enough of them have
+    seen it. A mark on the table has no height and is no object.
+    """
+
+    def __init__(
+        self,
+        camera: Camera,
+        T_world_overhead: Pose[World, Overhead],
+        config: SceneConfig,
+        *,
+        outline_xy: FloatArray = _DEFAULT_OUTLINE,
+        marks: TagLayout | None = None,
+    ) -> None:
+        """Start with nothing on the table.
+
+        Args:
+            camera: the overhead camera.
+            T_world_overhead: where it stands; the support is z = 0.
+            config: settings.
+            outline_xy: (N, 2) bounds of where objects stand.
+            marks: tags that are known to lie flat there.
+        """
+        self._config = config
+        self._overhead = PosedCamera.of(camera, T_world_overhead, is_overhead=True)
+        self._table = TableView(self._overhead, outline_xy, config.foreground)
+        self._sites = SiteTracker(self._table, config.sites)
+        self._resting: dict[int, Resting] = {}
+        self._objects: dict[str, SceneObject] = {}
+        self._colours: dict[str, ColourModel] = {}
+        tags = () if marks is None else marks.tags
+        self._marks_xy = np.array([t.T_world_tag.t[:2] for t in tags]).reshape(-1, 2)
+        self._mark_side_m = max((t.size_m for t in tags), default=0.0)
+
+    @property
+    def objects(self) -> tuple[SceneObject, ...]:
+        """All objects seen so far with their resting places."""
+        return tuple(self._objects.values())
+
+    def add(self, frame: Frame) -> list[SceneObject]:
+        """Take the next overhead frame; return the objects that it showed to have left."""
+        lab = self._table.reduce(frame.image)
+        changes = self._sites.add(lab, frame.t_ns)
+        for site in changes.settled:
+            if self._is_mark(site):
+                continue
+            resting = Resting(site, self._table, self._config.fit)
+            resting.look(frame, self._overhead)
+            self._resting[site.site_id] = resting
+        left = [self._leave(site) for site in changes.left]
+        return [thing for thing in left if thing is not None]
+
+    def add_view(
+        self, frame: Frame, camera: Camera, T_world_cam: Pose[World, Cam]
+    ) -> list[SceneObject]:
+        """Take a posed head frame; return the objects that it helped to find or to correct."""
+        view = PosedCamera.of(camera, T_world_cam, is_overhead=False)
+        changed = []
+        for resting in self._resting.values():
+            if resting.wants(frame.t_ns) and resting.look(frame, view) and resting.is_due:
+                changed += self._settle(resting)
+        return changed
+
+    def finish(self) -> list[SceneObject]:
+        """Fit what has been seen too seldom so far, at the end of a recording."""
+        changed = []
+        for resting in self._resting.values():
+            if resting.is_open_question:
+                changed += self._settle(resting)
+        return changed
+
+    def _is_mark(self, site: Site) -> bool:
+        """Whether a site is a tag of the layout and nothing more."""
+        plan = self._table.rectangle(site.region.pixels)
+        distances = np.linalg.norm(self._marks_xy - plan.centre_xy, axis=1)
+        is_there = bool((distances < self._mark_side_m / 4).any())
+        return is_there and bool((plan.sides_m < 1.5 * self._mark_side_m).all())
+
+    def _settle(self, resting: Resting) -> list[SceneObject]:
+        below = [
+            self._resting[s.site_id] for s in resting.site.covers if s.site_id in self._resting
+        ]
+        bases = [r.fit.box.top_m for r in below if r.object_id and r.fit is not None]
+        away = self._away(resting.site.first_ns)
+        known = self._objects.get(resting.object_id)
+        if bases and (away or known):
+            candidates = [known] if known else away
+            object_id = resting.place([self._known(c) for c in candidates], [0.0, *bases])
+        elif resting.measure():
+            object_id = resting.object_id or self._identify(resting, away)
+        else:
+            object_id = ""
+        if not object_id:
+            return []
+        resting.object_id = object_id
+        return [self._record(resting)]
+
+    def _away(self, t_ns: int) -> list[SceneObject]:
+        """Return the things that had been carried away by then."""
+        things = [(thing, thing.track[-1].left_ns) for thing in self._objects.values()]
+        return [thing for thing, left_ns in things if left_ns is not None and left_ns <= t_ns]
+
+    def _known(self, thing: SceneObject) -> Known:
+        return Known(
+            object_id=thing.object_id, size_m=thing.size_m, colours=self._colours[thing.object_id]
+        )
+
+    def _identify(self, resting: Resting, away: list[SceneObject]) -> str:
+        """Return which of the things that were carried away this is, or a new name."""
+        scored = [(resting.likeness(self._known(thing)), thing.object_id) for thing in away]
+        likeness, object_id = max(scored, default=(0.0, ""))
+        return object_id if likeness > _MIN_LIKENESS else f"object-{len(self._objects) + 1}"
+
+    def _record(self, resting: Resting) -> SceneObject:
+        site, fit = resting.site, resting.fit
+        if fit is None:
+            raise AssertionError
+        state = ObjectState(
+            t_ns=site.first_ns,
+            left_ns=site.left_ns,
+            T_world_body=Pose[World, Body].from_rotvec([0, 0, fit.box.yaw_rad], fit.box.centre),
+            cov_world=fit.cov_world,
+        )
+        known = self._objects.get(resting.object_id)
+        track = () if known is None else known.track
+        others = tuple(s for s in track if s.t_ns != site.first_ns)
+        thing = SceneObject(
+            object_id=resting.object_id,
+            size_m=fit.box.size_m,
+            track=tuple(sorted((*others, state), key=lambda s: s.t_ns)),
+            mean_bgr=resting.mean_bgr(),
+        )
+        self._objects[thing.object_id] = thing
+        if resting.colours is not None:
+            self._colours[thing.object_id] = resting.colours
+        return thing
+
+    def _leave(self, site: Site) -> SceneObject | None:
+        resting = self._resting.get(site.site_id)
+        if resting is None:
+            return None
+        if not resting.object_id:
+            if resting.is_open_question:
+                self._settle(resting)
+            return self._objects.get(resting.object_id)
+        thing = self._objects[resting.object_id]
+        track = tuple(
+            replace(s, left_ns=site.left_ns) if s.t_ns == site.first_ns else s for s in thing.track
+        )
+        gone = replace(thing, track=track)
+        self._objects[thing.object_id] = gone
+        return gone

@@ -1,0 +1,184 @@
+"""One resting place under examination: its views, and the box that they show."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gazemap.geometry.arrays import FloatArray, IntArray
+from gazemap.scene.box_fit import Box, BoxFit, fit_box, fit_place
+from gazemap.scene.colours import ColourDivision, ColourModel
+from gazemap.scene.config import BoxFitConfig
+from gazemap.scene.crops import Crop, PosedCamera, cut_out
+from gazemap.scene.foreground import TableView
+from gazemap.scene.sites import Site
+from gazemap.types.frame import Frame
+
+_ROOM_M = 0.11  # how much of the table is seen around a thing
+_LOOK_M = 0.015  # the height that cut-outs look at
+_IN_SIGHT_S = 0.2
+_PLACE_YAWS = np.arange(6) * np.pi / 6
+_FLAT_M = 0.004
+_DOUBTFUL = 2.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Known:
+    """What is known of a thing from an earlier place."""
+
+    object_id: str
+    size_m: FloatArray
+    colours: ColourModel
+
+
+class Resting:
+    """A settled site with what the cameras saw of it.
+
+    Attributes:
+        site: the resting place.
+        object_id: whose place it is; empty while unknown or where there is no volume.
+        fit: the box, once there is one.
+        colours: the thing's colours, once there is a box.
+        is_flat: whether it is known to be a mark on the table.
+    """
+
+    def __init__(self, site: Site, table: TableView, config: BoxFitConfig) -> None:
+        """Start without any view."""
+        self.site, self._table, self._config = site, table, config
+        self.object_id = ""
+        self.fit: BoxFit | None = None
+        self.colours: ColourModel | None = None
+        self.is_flat = False
+        plan = table.rectangle(site.region.pixels)
+        self._centre_world = np.array([*plan.centre_xy, _LOOK_M])
+        self._span_m = float(plan.sides_m.max()) + _ROOM_M
+        self._crops: list[Crop] = []
+
+    @property
+    def _head_crops(self) -> list[Crop]:
+        return [c for c in self._crops if not c.is_overhead]
+
+    def wants(self, t_ns: int) -> bool:
+        """Whether another view at this time would help."""
+        heads = self._head_crops
+        is_late = not heads or t_ns - heads[-1].t_ns >= self._config.view_period_s * 1e9
+        is_in_sight = t_ns - self.site.seen_ns < _IN_SIGHT_S * 1e9
+        is_open = self.site.left_ns is None and not self.is_flat
+        return is_open and is_late and is_in_sight and len(heads) < self._config.max_views
+
+    def look(self, frame: Frame, view: PosedCamera) -> bool:
+        """Take one more view; return whether the place lies in it."""
+        crop = cut_out(
+            frame,
+            view,
+            centre_world=self._centre_world,
+            span_m=self._span_m,
+            size_px=self._config.crop_px,
+        )
+        if crop is not None:
+            self._crops.append(crop)
+        return crop is not None
+
+    @property
+    def is_due(self) -> bool:
+        """Whether the views just became enough for a first or a better fit."""
+        return len(self._head_crops) in (self._config.min_views, self._config.max_views)
+
+    @property
+    def is_open_question(self) -> bool:
+        """Whether there are views but no verdict."""
+        return not self.object_id and not self.is_flat and bool(self._head_crops)
+
+    def measure(self) -> bool:
+        """Fit a box on the table; return whether there is a volume."""
+        division = ColourDivision(self._crops)
+        starts = self._starts(self.site.region.pixels)
+        fit = fit_box(division, starts, self._config)
+        if self.fit is None and division.clarity(fit.box.shape) < _DOUBTFUL:
+            # A mark or shadow beside a thing is one patch with it: start from its parts as well.
+            starts = [s for part in self._parts() for s in self._starts(part)]
+            fits = [fit, *(fit_box(division, [s], self._config) for s in starts)]
+            fit = max(fits, key=lambda f: f.log_likelihood)
+        return self._accept(division, fit)
+
+    def _accept(self, division: ColourDivision, fit: BoxFit) -> bool:
+        box, config = fit.box, self._config
+        is_clear = division.clarity(box.shape) >= config.min_clarity
+        self.is_flat = is_clear and box.size_m[2] < _FLAT_M
+        is_solid = (
+            box.size_m[2] >= config.min_height_m and box.size_m[:2].min() >= config.min_side_m
+        )
+        if not (is_clear and is_solid and self._is_here(division, box)):
+            return False
+        self.fit, self.colours = fit, division.model(box.shape)
+        return True
+
+    def _is_here(self, division: ColourDivision, box: Box) -> bool:
+        """Whether the box is about as large as the patch that gave rise to it."""
+        covered = division.masks(box.shape)[0].mean() * self._span_m**2
+        area = len(self.site.region.pixels) * self._table.pixel_m**2
+        return bool(0.4 < area / max(covered, 1e-9) < 2.5)
+
+    def _starts(self, pixels: IntArray) -> list[Box]:
+        plan = self._table.rectangle(pixels)
+        flat = Box(
+            centre=np.array([*plan.centre_xy, 0.0]),
+            yaw_rad=plan.yaw_rad,
+            size_m=np.array([*plan.sides_m, 0.0]),
+        )
+        return [flat.standing_on(0.0, h) for h in self._config.start_heights_m]
+
+    def _parts(self) -> list[IntArray]:
+        """Split the patch into two by colour."""
+        colours, pixels = self.site.colours, self.site.region.pixels
+        main = np.linalg.svd(colours - colours.mean(axis=0), full_matrices=False)[2][0]
+        along = colours @ main
+        cut = (along.min() + along.max()) / 2
+        parts = [pixels[along < cut], pixels[along >= cut]]
+        return [p for p in parts if len(p) >= 8]
+
+    def place(self, candidates: list[Known], bases_m: list[float]) -> str:
+        """Find out which known thing came here, and on which level it stands.
+
+        Returns:
+            Its name, or an empty string where none explains what is seen.
+        """
+        division = ColourDivision(self._crops)
+        best: tuple[Known, BoxFit] | None = None
+        for known in candidates:
+            fit = fit_place(
+                division, self._place_starts(known, bases_m), self._config, known.colours
+            )
+            if best is None or fit.log_likelihood > best[1].log_likelihood:
+                best = (known, fit)
+        if best is None:
+            return ""
+        self.fit, self.colours = best[1], best[0].colours
+        return best[0].object_id
+
+    def _place_starts(self, known: Known, bases_m: list[float]) -> list[Box]:
+        plan = self._table.rectangle(self.site.region.pixels)
+        return [
+            Box(
+                centre=np.array([*plan.centre_xy, base + known.size_m[2] / 2]),
+                yaw_rad=plan.yaw_rad + yaw,
+                size_m=known.size_m,
+            )
+            for base in bases_m
+            for yaw in _PLACE_YAWS
+        ]
+
+    def likeness(self, known: Known) -> float:
+        """Return how much what was measured here is like a known thing, from 0 to 1."""
+        if self.fit is None or self.colours is None:
+            return 0.0
+        a, b = np.sort(self.fit.box.size_m), np.sort(known.size_m)
+        same_size = float(np.exp(-0.5 * np.abs(np.log(a / b)).sum()))
+        return same_size * self.colours.overlap(known.colours)
+
+    def mean_bgr(self) -> FloatArray:
+        """Return the thing's mean colour (3,)."""
+        if self.fit is None:
+            return np.zeros(3)
+        crop = self._crops[0]
+        inside = ColourDivision(self._crops[:1]).masks(self.fit.box.shape)[0] & crop.valid
+        return np.asarray(crop.image[inside].mean(axis=0)) if inside.any() else np.zeros(3)

@@ -1,0 +1,222 @@
+"""Places at which something rests, followed through the images of the fixed camera.
+
+A site is a patch that is not table and has stood still for a while. It stays open while it looks
+as it did, or while something covers it; it is closed once the table shows through, or what it
+covered is seen again.
+"""
+
+from collections import deque
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from gazemap.geometry.arrays import BoolArray, FloatArray, ImageArray
+from gazemap.scene.config import SiteConfig
+from gazemap.scene.foreground import Region, TableView
+
+_SAME_COLOUR = 30.0  # distance in 8-bit CIELAB below which a pixel looks as it did
+_AREA_RATIO = 1.3
+
+
+@dataclass(slots=True, kw_only=True, eq=False)
+class Site:
+    """A place at which something rests.
+
+    Attributes:
+        site_id: in the order of appearance.
+        region: the patch when it was found.
+        colours: (N, 3) how its pixels looked then, CIELAB.
+        first_ns: when the thing came there.
+        seen_ns: when it was last recognised.
+        left_ns: when it left, or None.
+        covers: the sites that it hides, wholly or in part.
+        is_settled: whether it stood still long enough.
+        bare_ns: since when the table shows through, or None.
+        empty_ns: since when it is nothing but unchanged table, or None.
+    """
+
+    site_id: int
+    region: Region
+    colours: FloatArray
+    first_ns: int
+    seen_ns: int
+    left_ns: int | None = None
+    covers: "list[Site]" = field(default_factory=list)
+    is_settled: bool = False
+    bare_ns: int | None = None
+    empty_ns: int | None = None
+
+    def see(self, t_ns: int) -> None:
+        """Note that the thing is still there."""
+        self.seen_ns, self.bare_ns, self.empty_ns = t_ns, None, None
+
+    def same(self, lab: ImageArray) -> float:
+        """Return the share of its pixels that look as they did."""
+        now = lab.reshape(-1, 3)[self.region.pixels].astype(np.float64)
+        return float((np.linalg.norm(now - self.colours, axis=1) < _SAME_COLOUR).mean())
+
+    def bare(self, stands_out: BoolArray) -> float:
+        """Return the share of its pixels that look like the table."""
+        return 1.0 - float(stands_out.ravel()[self.region.pixels].mean())
+
+
+@dataclass(slots=True, kw_only=True, eq=False)
+class SiteChanges:
+    """What one frame changed: sites that settled, and settled sites that were left."""
+
+    settled: list[Site] = field(default_factory=list)
+    left: list[Site] = field(default_factory=list)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Seen:
+    """One segmented frame."""
+
+    t_ns: int
+    lab: ImageArray
+    stands_out: BoolArray
+
+
+class SiteTracker:
+    """Follows the resting places through the frames of the fixed camera."""
+
+    def __init__(self, table: TableView, config: SiteConfig) -> None:
+        """Start with nothing known about the table that is seen."""
+        self._table, self._config = table, config
+        self._open: list[Site] = []
+        self._left: list[Site] = []
+        self._history: deque[_Seen] = deque()
+        self._count = 0
+
+    def add(self, lab: ImageArray, t_ns: int) -> SiteChanges:
+        """Take the next reduced image (h, w, 3)."""
+        seen = _Seen(t_ns=t_ns, lab=lab, stands_out=self._table.stands_out(lab))
+        self._history.append(seen)
+        while t_ns - self._history[0].t_ns > self._config.history_s * 1e9:
+            self._history.popleft()
+        changes = SiteChanges()
+        for site in self._match(self._table.regions(seen.stands_out), seen, changes):
+            self._look_again(site, seen, changes)
+        self._left += changes.left
+        self._open = [s for s in self._open if s.left_ns is None]
+        return changes
+
+    def _match(self, regions: list[Region], seen: _Seen, changes: SiteChanges) -> list[Site]:
+        """Recognise sites by their patches; return those that were not."""
+        unseen = list(self._open)
+        for region in regions:
+            site = min(unseen, key=lambda s: _distance(s.region, region), default=None)
+            if site is None or not self._is_same(site.region, region):
+                self._open.append(self._again(region, seen) or self._new_site(region, seen))
+                continue
+            unseen.remove(site)
+            self._recognise(site, seen, changes)
+        return [s for s in unseen if s.left_ns is None]
+
+    def _is_same(self, known: Region, new: Region) -> bool:
+        close = _distance(known, new) * self._table.pixel_m < self._config.max_shift_m
+        ratio = len(new.pixels) / len(known.pixels)
+        return close and 1 / _AREA_RATIO < ratio < _AREA_RATIO
+
+    def _new_site(self, region: Region, seen: _Seen) -> Site:
+        self._count += 1
+        return Site(
+            site_id=self._count,
+            region=region,
+            colours=seen.lab.reshape(-1, 3)[region.pixels].astype(np.float64),
+            first_ns=seen.t_ns,
+            seen_ns=seen.t_ns,
+        )
+
+    def _again(self, region: Region, seen: _Seen) -> Site | None:
+        """Return the site that was taken for empty, but looks as it did: an arm deceived us."""
+        for site in self._left:
+            if self._is_same(site.region, region) and site.same(seen.lab) > 0.8:
+                self._left.remove(site)
+                site.left_ns = None
+                site.see(seen.t_ns)
+                return site
+        return None
+
+    def _recognise(self, site: Site, seen: _Seen, changes: SiteChanges) -> None:
+        site.see(seen.t_ns)
+        if site.is_settled:
+            self._uncover(site, changes)
+        elif seen.t_ns - site.first_ns >= self._config.settle_s * 1e9:
+            self._settle(site, seen, changes)
+
+    def _uncover(self, site: Site, changes: SiteChanges) -> None:
+        """What is seen again as it was is no longer covered: what covered it has left."""
+        for above in self._open:
+            if above.is_settled and above.left_ns is None and site in above.covers:
+                above.left_ns = above.seen_ns
+                changes.left.append(above)
+
+    def _settle(self, site: Site, seen: _Seen, changes: SiteChanges) -> None:
+        touched = [s for s in self._open if s.is_settled and s.left_ns is None]
+        site.covers = [s for s in touched if _overlap(s.region, site.region) > 0.3]
+        if any(self._is_grown(below, site, seen) for below in site.covers):
+            site.left_ns = seen.t_ns
+            return
+        site.is_settled = True
+        site.colours = seen.lab.reshape(-1, 3)[site.region.pixels].astype(np.float64)
+        site.first_ns = self._arrival_ns(site)
+        changes.settled.append(site)
+
+    def _is_grown(self, known: Site, new: Site, seen: _Seen) -> bool:
+        """Whether a patch is a known site with a little more around it, such as a shadow."""
+        extra = 1 - _overlap(new.region, known.region)
+        if known.same(seen.lab) < 0.6 or extra > 0.35:
+            return False
+        known.seen_ns = seen.t_ns
+        return True
+
+    def _is_intact(self, site: Site, seen: _Seen) -> bool:
+        looks_same = site.same(seen.lab) >= self._config.min_same
+        return looks_same and site.bare(seen.stands_out) < self._config.max_bare
+
+    def _arrival_ns(self, site: Site) -> int:
+        """Return when the place first looked as it does now: a hand may have hidden it since."""
+        arrival = site.first_ns
+        for seen in reversed(self._history):
+            if not self._is_intact(site, seen):
+                break
+            arrival = min(arrival, seen.t_ns)
+        return arrival
+
+    def _look_again(self, site: Site, seen: _Seen, changes: SiteChanges) -> None:
+        """Decide about a site whose patch was not found: hidden, gone, or never at rest."""
+        if not site.is_settled:
+            site.left_ns = seen.t_ns
+            return
+        if self._is_intact(site, seen):
+            site.see(seen.t_ns)
+            return
+        bare = site.bare(seen.stands_out)
+        if bare >= self._config.max_bare:
+            site.bare_ns = seen.t_ns if site.bare_ns is None else site.bare_ns
+        is_empty = bare >= self._config.min_bare and self._is_unchanged(site)
+        site.empty_ns = (site.empty_ns or seen.t_ns) if is_empty else None
+        if site.empty_ns is None or site.bare_ns is None:
+            return
+        if seen.t_ns - site.empty_ns >= self._config.empty_s * 1e9:
+            lift_ns = int(self._config.lift_s * 1e9)
+            site.left_ns = max(site.seen_ns, site.bare_ns - lift_ns)
+            changes.left.append(site)
+
+    def _is_unchanged(self, site: Site) -> bool:
+        """Whether a place looks as in the frame before: an arm of the table's colour moves."""
+        if len(self._history) < 2:
+            return False
+        now, before = (self._history[k].lab.reshape(-1, 3)[site.region.pixels] for k in (-1, -2))
+        change = np.abs(now.astype(np.float64) - before).mean()
+        return bool(change < self._config.max_change)
+
+
+def _distance(a: Region, b: Region) -> float:
+    return float(np.linalg.norm(a.centroid_px - b.centroid_px))
+
+
+def _overlap(part: Region, whole: Region) -> float:
+    """Return the share of one region's pixels that lie in another."""
+    return float(np.isin(part.pixels, whole.pixels).mean())

@@ -1,0 +1,57 @@
+"""Meshes of the table and of boxes."""
+
+import numpy as np
+
+from gazemap.geometry.arrays import FloatArray, IntArray
+from gazemap.types.scene import Mesh, SceneObject
+
+_TABLE_RGB = np.array([150, 150, 150], dtype=np.uint8)
+_STEP_M = 0.02
+_SIGNS = np.array([[x, y, z] for z in (-1, 1) for y in (-1, 1) for x in (-1, 1)]) / 2
+# Two triangles a side, wound so that normals point outwards.
+BOX_TRIANGLES: IntArray = np.array(
+    [
+        [0, 2, 1], [1, 2, 3], [4, 5, 6], [5, 7, 6], [0, 1, 4], [1, 5, 4],
+        [2, 6, 3], [3, 6, 7], [0, 4, 2], [2, 4, 6], [1, 3, 5], [3, 7, 5],
+    ]
+)  # fmt: skip
+
+
+def table_mesh(outline_xy: FloatArray) -> Mesh:
+    """Return a flat grid at z = 0 between opposite corners (2, 2)."""
+    low, high = outline_xy
+    counts = np.maximum(np.ceil((high - low) / _STEP_M).astype(int), 1) + 1
+    x, y = (np.linspace(low[k], high[k], counts[k]) for k in (0, 1))
+    grid = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+    corner = np.arange(counts[1] - 1)[:, None] * counts[0] + np.arange(counts[0] - 1)
+    a = corner.ravel()
+    b, c, d = a + 1, a + counts[0], a + counts[0] + 1
+    return Mesh(
+        vertices_world=np.column_stack([grid, np.zeros(len(grid))]),
+        triangles=np.concatenate([np.stack([a, b, c], 1), np.stack([b, d, c], 1)]),
+        colours=np.tile(_TABLE_RGB, (len(grid), 1)),
+    )
+
+
+def box_vertices(size_m: FloatArray) -> FloatArray:
+    """Return the corners (8, 3) of a box in its own frame, as `BOX_TRIANGLES` counts them."""
+    corners: FloatArray = _SIGNS * size_m
+    return corners
+
+
+def with_boxes(background: Mesh, objects: tuple[SceneObject, ...]) -> Mesh:
+    """Return a mesh with the objects where they first stood."""
+    vertices, triangles = [background.vertices_world], [background.triangles]
+    colours = [background.colours]
+    count = len(background.vertices_world)
+    for thing in objects:
+        pose = thing.track[0].T_world_body
+        vertices.append(pose.transform(box_vertices(thing.size_m)))
+        triangles.append(BOX_TRIANGLES + count)
+        colours.append(np.tile(np.clip(thing.mean_bgr[::-1], 0, 255).astype(np.uint8), (8, 1)))
+        count += 8
+    return Mesh(
+        vertices_world=np.concatenate(vertices),
+        triangles=np.concatenate(triangles),
+        colours=np.concatenate(colours),
+    )
