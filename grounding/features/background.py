@@ -7,7 +7,7 @@ middle is the object; pixels nearer to the table's colour than to the object's (
 touch it) are given back to the table.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Final
 
@@ -28,6 +28,9 @@ _MIN_TABLE_SHARE: Final = 0.12  # of the border, for a further table colour
 _OBJECT_STRAY: Final = 0.25  # a darker side of an object is still it, but less surely
 _STAIN: Final = 3 * _MIN_RESIDUAL  # so far from an object's one colour is another thing
 _ONE_COLOUR: Final = 0.7  # of what was found
+_FAINT_RESIDUAL: Final = 5.0
+_FAINT_BRIGHTNESS: Final = 0.04
+_FAINT_AREA: Final = 0.02  # of the patch
 _MIN_AREA: Final = 0.003  # of the patch
 _MAX_GAP: Final = 0.15  # of the shorter side, from the patch's middle to the object
 _MAX_AREA: Final = 0.97  # of the patch
@@ -51,11 +54,17 @@ class NoObject:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _TableColour:
-    """One colour of the table and how bright it is seen, as factors of `bgr`."""
+    """One colour of the table, with bounds on its brightness as factors of `bgr`.
+
+    `seen_darkest` and `seen_brightest` are what the border shows; the others leave room for
+    shadow and shading.
+    """
 
     bgr: NDArray[np.float32]
     darkest: float
     brightest: float
+    seen_darkest: float = 1.0
+    seen_brightest: float = 1.0
     threshold: float
 
 
@@ -71,15 +80,39 @@ def segment_object(image_bgr: ImageArray) -> Mask | NoObject:
     if min(image_bgr.shape[:2]) < 8:
         return NoObject(reason=NoObjectReason.TOO_SMALL)
     smooth = cv2.GaussianBlur(image_bgr, (3, 3), 0).astype(np.float32)
-    table = _table_colours(image_bgr.astype(np.float32))
+    table = _table_colours(image_bgr.astype(np.float32), _MIN_RESIDUAL)
     if not table:
         return NoObject(reason=NoObjectReason.ALL_OBJECT)
     residual = np.min([_residual(smooth, colour) / colour.threshold for colour in table], axis=0)
     found = _central_piece(residual > 1)
     if isinstance(found, NoObject):
-        return found
+        faint = found.reason is not NoObjectReason.ALL_OBJECT
+        return _second_look(image_bgr, found) if faint else found
     refined = _central_piece(found & _nearer_to_object(smooth, found, residual * _scale(table)))
     return found if isinstance(refined, NoObject) else refined
+
+
+def _second_look(image_bgr: ImageArray, first: NoObject) -> Mask | NoObject:
+    """Look for a thing that hardly stands out: black on dark, white on light; or return `first`.
+
+    Strong smoothing makes a small difference count, and brightness alone may tell the thing.
+    """
+    smooth = cv2.GaussianBlur(image_bgr, (7, 7), 0).astype(np.float32)
+    table = [
+        replace(
+            colour,
+            darkest=colour.seen_darkest * (1 - _FAINT_BRIGHTNESS),
+            brightest=colour.seen_brightest * (1 + _FAINT_BRIGHTNESS),
+        )
+        for colour in _table_colours(smooth, _FAINT_RESIDUAL)
+    ]
+    if not table:
+        return first
+    residual = np.min([_residual(smooth, colour) / colour.threshold for colour in table], axis=0)
+    found = _central_piece(residual > 1)
+    if isinstance(found, NoObject) or found.mean() < _FAINT_AREA:
+        return first
+    return found
 
 
 def _scale(table: list[_TableColour]) -> float:
@@ -103,7 +136,7 @@ def _centre(image: Image32) -> Image32:
     return pixels[:: max(1, len(pixels) // 200)]
 
 
-def _table_colours(image: Image32) -> list[_TableColour]:
+def _table_colours(image: Image32, least: float) -> list[_TableColour]:
     """Return the colours that the border has and, but for the first, the middle has not."""
     border, centre = _border(image), _centre(image)
     corner = max(3, min(image.shape[:2]) // 10)
@@ -112,7 +145,8 @@ def _table_colours(image: Image32) -> list[_TableColour]:
     seeds = [_median(pixels) for pixels in [border, *corners]]
     whole, colours = len(border), []
     for turn in range(_TABLE_COLOURS):
-        colour = _fit_colour(border, max(seeds, key=lambda seed: _merit(seed, border, centre)))
+        seed = max(seeds, key=lambda seed: _merit(seed, border, centre))
+        colour = _fit_colour(border, seed, least)
         left = _residual(border, colour) > colour.threshold
         taken = _residual(centre, colour) <= colour.threshold
         share = np.count_nonzero(~left) / whole
@@ -132,21 +166,24 @@ def _merit(seed: NDArray[np.float32], border: Image32, centre: Image32) -> float
     return _share(border, rough) - 0.5 * _share(centre, rough)
 
 
-def _fit_colour(pixels: Image32, seed: NDArray[np.float32]) -> _TableColour:
+def _fit_colour(pixels: Image32, seed: NDArray[np.float32], least: float) -> _TableColour:
     """Fit one table colour to the pixels around a seed, robustly."""
     residual, close = _close_residuals(pixels, seed)
     bgr = _median(pixels[residual <= 2.5 * float(np.median(close)) + 2])
     residual, close = _close_residuals(pixels, bgr)
     near = residual <= 2.5 * float(np.median(close)) + 2
     bgr = _median(pixels[near])
-    factors = np.sort((pixels[near] @ bgr) / (bgr @ bgr))
+    factors = np.sort((pixels[near] @ bgr) / (bgr @ bgr)).tolist()
+    darkest, brightest = factors[len(factors) // 100], factors[-1 - len(factors) // 100]
     middle = float(np.median(close))
     spread = float(np.median(np.abs(close - middle)))
     return _TableColour(
         bgr=bgr,
-        darkest=min(_SHADOW, 0.95 * float(factors[len(factors) // 100])),
-        brightest=1.05 * float(factors[-1 - len(factors) // 100]),
-        threshold=max(_MIN_RESIDUAL, middle + 9 * spread),
+        darkest=min(_SHADOW, 0.95 * darkest),
+        brightest=1.05 * brightest,
+        seen_darkest=darkest,
+        seen_brightest=brightest,
+        threshold=max(least, middle + 9 * spread),
     )
 
 

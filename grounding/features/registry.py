@@ -90,11 +90,11 @@ def _colour_features() -> list[Feature]:
         entry("red", "grey level", functools.partial(channel, channel=2), 15.0),
         entry("green", "grey level", functools.partial(channel, channel=1), 15.0),
         entry("blue", "grey level", functools.partial(channel, channel=0), 15.0),
-        entry("lightness", "L*", functools.partial(lab, channel=0), 8.0),
-        entry("lab a", "a*", functools.partial(lab, channel=1), 8.0),
-        entry("lab b", "b*", functools.partial(lab, channel=2), 8.0),
-        entry("saturation east", "1", colour.saturation_east, 0.06),
-        entry("saturation north", "1", colour.saturation_north, 0.06),
+        entry("lightness", "L*", functools.partial(lab, channel=0), 12.0),
+        entry("lab a", "a*", functools.partial(lab, channel=1), 10.0),
+        entry("lab b", "b*", functools.partial(lab, channel=2), 10.0),
+        entry("saturation east", "1", colour.saturation_east, 0.07),
+        entry("saturation north", "1", colour.saturation_north, 0.07),
     ]
 
 

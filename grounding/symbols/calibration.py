@@ -3,19 +3,21 @@
 The distances of known patches from their words, each under a model that had not seen its
 segment, tell how far known things lie. A new distance's p-value is the share of them that lies
 farther (Vovk et al. 2005, split conformal). Where fewer than a handful lie farther, that share is
-continued by an exponential tail (Pickands 1975, shape 0), never a thin one: the known patches may
-all have been taken under one light, and the next is not.
+continued by an exponential tail (Pickands 1975, shape 0), which is at least as long as the model
+of the next patch, taken under another light, would have it: the known patches may all be of one.
 """
 
 from typing import Final
 
 import numpy as np
+from scipy.stats import chi2
 
 from grounding.types import FloatArray
 
 MAX_DISTANCES: Final = 500
 _TAIL: Final = 0.02
 _HANDFUL: Final = 5
+_RARE: Final = 0.001  # where the tail is held to the model
 _MIN_DECAY: Final = 0.25  # of the distance where the tail begins
 
 
@@ -26,12 +28,13 @@ def thinned(distances: FloatArray) -> FloatArray:
     return np.quantile(distances, np.linspace(0, 1, MAX_DISTANCES))
 
 
-def p_values(distances: FloatArray, known: FloatArray) -> FloatArray:
+def p_values(distances: FloatArray, known: FloatArray, *, dimension: int) -> FloatArray:
     """Return the share of known things that lie farther.
 
     Args:
         distances: (N,) of the patches in question.
         known: (M,) sorted, M > 0.
+        dimension: the number of features that distances are over.
 
     Returns:
         (N,) p-values in (0, 1].
@@ -40,7 +43,8 @@ def p_values(distances: FloatArray, known: FloatArray) -> FloatArray:
     start = float(np.quantile(known, 1 - share))
     beyond = known[known > start] - start
     excess = float(np.median(beyond)) / np.log(2) if len(beyond) else 0.0
-    decay = max(_MIN_DECAY * start, excess, 1e-9)
+    modelled = float(np.sqrt(chi2.isf(_RARE, dimension))) - start
+    decay = max(_MIN_DECAY * start, excess, modelled / np.log(share / _RARE))
     ranks = (1 + len(known) - np.searchsorted(known, distances)) / (1 + len(known))
     tail = share * np.exp(-np.maximum(distances - start, 0) / decay)
     return np.where(distances > start, tail, np.maximum(ranks, share))

@@ -69,7 +69,9 @@ def typicality(group: Group, squared_distance: float) -> float:
     """Return the share of known things that lie farther from their word: a p-value."""
     if not len(group.distances):
         return 0.0
-    return float(p_values(np.sqrt([squared_distance]), group.distances)[0])
+    return float(
+        p_values(np.sqrt([squared_distance]), group.distances, dimension=len(group.features))[0]
+    )
 
 
 def unexplained(found: Sequence[Classification]) -> tuple[str, ...]:

@@ -19,7 +19,7 @@ from grounding.types import FloatArray
 _PERMUTATIONS: Final = 200
 _MAX_SEGMENTS: Final = 300
 _SATURATION: Final = 3.0  # resolutions, root mean square over a family
-_SIGNIFICANT: Final = 3.0  # standard deviations of the permuted statistic
+_SIGNIFICANT: Final = 2.5  # standard deviations of the permuted statistic
 _SHARE_OF_BEST: Final = 0.3  # a family that is so much weaker is a side effect of another
 _LIKE: Final = 0.4  # cosine of profiles
 _SAID_TOGETHER: Final = 0.1  # of the rarer word's segments

@@ -24,8 +24,8 @@ _CONVERGED: Final = 1e-6
 _STRANGER: Final = 0.3  # of wrong segments that show no thing of the group
 _FIRST_SPREAD: Final = 1.0  # resolutions squared
 _JACKKNIFED: Final = 120  # segments that are left out in turn for the calibration
-_MEDOID_CANDIDATES: Final = 300
-_MEDOID_REACH: Final = 4.0  # resolutions, root mean square
+_FIRST_SEGMENTS: Final = 600
+_ALIKE: Final = 4.0  # resolutions, root mean square over the group's features
 
 Indices = NDArray[np.intp]
 
@@ -174,18 +174,22 @@ def _stranger_log(evidence: Evidence, chosen: FloatArray) -> FloatArray:
 
 
 def _first_guess(evidence: Evidence, config: RobustConfig) -> GroupDensity:
-    """Return words centred on the segment that most others of the word resemble."""
-    segments = len(evidence.label)
+    """Return words centred on the segment that most others of the word, and few else, resemble.
+
+    Words of a group exclude each other, so where many wrong segments of a word look alike, they
+    look like another word's right ones.
+    """
     chosen = evidence.samples[:, evidence.columns]
-    centres = np.array([np.median(chosen[evidence.segment == s], axis=0) for s in range(segments)])
+    segments = np.arange(len(evidence.label))
+    segments = segments[:: -(-len(segments) // _FIRST_SEGMENTS)]
+    centres = np.array([np.median(chosen[evidence.segment == s], axis=0) for s in segments])
+    squares = np.sum(centres**2, axis=1)
+    squared = np.maximum(squares[:, None] + squares - 2 * centres @ centres.T, 0)
+    alike = np.exp(-squared / centres.shape[1] / (2 * _ALIKE**2))  # (S, S)
+    label = evidence.label[segments]
     means = []
     for word in range(int(evidence.label.max()) + 1):
-        own = centres[evidence.label == word]
-        own = own[:: -(-len(own) // _MEDOID_CANDIDATES)]
-        squared = np.mean((own[:, None] - own[None]) ** 2, axis=2)
-        likeness = np.exp(-squared / (2 * _MEDOID_REACH**2)).sum(axis=1)
-        means.append(own[np.argmax(likeness)])
-    d = len(evidence.columns)
-    return density(
-        means, [_FIRST_SPREAD * np.eye(d)] * len(means), np.full(len(means), config.tail_dof)
-    )
+        merit = alike[:, label == word].sum(axis=1) ** 2 / alike.sum(axis=1)
+        means.append(centres[np.argmax(np.where(label == word, merit, -1.0))])
+    spread = [_FIRST_SPREAD * np.eye(centres.shape[1])] * len(means)
+    return density(means, spread, np.full(len(means), config.tail_dof))
