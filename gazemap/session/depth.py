@@ -3,13 +3,30 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Protocol
 
 import cv2
 import numpy as np
 
 from gazemap.errors import InputError
+from gazemap.session.frames import read_bytes
 from gazemap.session.image_list import read_image_list
 from gazemap.types.frame import DepthFrame
+from gazemap.wire.images import CodedImage, ImageFormat
+
+
+class DepthSource(Protocol):
+    """Depth images registered to one camera."""
+
+    @property
+    def t_ns(self) -> tuple[int, ...]:
+        """Their times."""
+
+    def frames(self) -> Iterator[DepthFrame]:
+        """Yield the depth images in time order."""
+
+    def coded(self) -> Iterator[CodedImage]:
+        """Yield the depth images as they are compressed."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -23,6 +40,12 @@ class DepthFiles:
         """Yield the depth images in time order."""
         for t_ns, path in zip(self.t_ns, self.paths, strict=True):
             yield DepthFrame(t_ns=t_ns, depth_m=_read_depth(path))
+
+    def coded(self) -> Iterator[CodedImage]:
+        """Yield the files' bytes."""
+        for index, (t_ns, path) in enumerate(zip(self.t_ns, self.paths, strict=True)):
+            data = read_bytes(path)
+            yield CodedImage(index=index, t_ns=t_ns, image_format=ImageFormat.PNG, data=data)
 
 
 NO_DEPTH = DepthFiles()

@@ -1,14 +1,16 @@
 """Opens a recording, whatever its format."""
 
-from collections.abc import Callable
 from enum import StrEnum
 from pathlib import Path
+from typing import Final, Protocol
 
 from gazemap.errors import InputError
-from gazemap.ports import Session
 from gazemap.session.euroc import find_sensor, open_euroc
 from gazemap.session.folder import open_folder
 from gazemap.session.images import find_images, open_images
+from gazemap.session.mcap_session import open_mcap
+from gazemap.session.neon_native import is_neon_native, open_neon_native
+from gazemap.session.recorded import RecordedSession
 from gazemap.session.tum import open_tum
 
 _MARKS_OF_A_SESSION = ("world_timestamps.csv", "gaze.csv", "scene_camera.json")
@@ -21,13 +23,35 @@ class SessionFormat(StrEnum):
     TUM = "tum"
     EUROC = "euroc"
     IMAGES = "images"
+    MCAP = "mcap"
 
 
-def open_session(path: Path, *, camera: Path | None = None) -> Session:
+def _open_neon(path: Path, *, camera: Path | None) -> RecordedSession:
+    """Open an export, which is the session folder, or what the phone itself wrote."""
+    opened = open_neon_native if is_neon_native(path) else open_folder
+    return opened(path, camera=camera)
+
+
+class _Opener(Protocol):
+    def __call__(self, path: Path, *, camera: Path | None) -> RecordedSession:
+        """Open a recording of one format."""
+
+
+_OPENERS: Final[dict[SessionFormat, _Opener]] = {
+    SessionFormat.NEON: _open_neon,
+    SessionFormat.TUM: open_tum,
+    SessionFormat.EUROC: open_euroc,
+    SessionFormat.IMAGES: open_images,
+    SessionFormat.MCAP: open_mcap,
+}
+
+
+def open_session(path: Path, *, camera: Path | None = None) -> RecordedSession:
     """Open a recording; nothing is decoded yet.
 
     Args:
-        path: a session folder, a TUM or EuRoC folder, or a folder of images.
+        path: a session folder, a native recording, a TUM, EuRoC or Neon phone's folder, or a
+            folder of images.
         camera: a camera file to use in place of the recording's own.
 
     Raises:
@@ -36,18 +60,9 @@ def open_session(path: Path, *, camera: Path | None = None) -> Session:
     return open_as(path, session_format=detect_format(path), camera=camera)
 
 
-def open_as(path: Path, *, session_format: SessionFormat, camera: Path | None) -> Session:
+def open_as(path: Path, *, session_format: SessionFormat, camera: Path | None) -> RecordedSession:
     """Open a recording of a known format."""
-    return _openers()[session_format](path, camera)
-
-
-def _openers() -> dict[SessionFormat, Callable[[Path, Path | None], Session]]:
-    return {
-        SessionFormat.NEON: lambda path, camera: open_folder(path, camera=camera),
-        SessionFormat.TUM: lambda path, camera: open_tum(path, camera=camera),
-        SessionFormat.EUROC: lambda path, camera: open_euroc(path, camera=camera),
-        SessionFormat.IMAGES: lambda path, camera: open_images(path, camera=camera),
-    }
+    return _OPENERS[session_format](path, camera=camera)
 
 
 def detect_format(path: Path) -> SessionFormat:
@@ -55,7 +70,9 @@ def detect_format(path: Path) -> SessionFormat:
     if not path.exists():
         raise InputError("there is no such file or folder", where=path, todo="check the path")
     if not path.is_dir():
-        raise InputError("a folder expected, this is a file", where=path, todo="give a recording")
+        return SessionFormat.MCAP
+    if is_neon_native(path):
+        return SessionFormat.NEON
     if (path / "rgb.txt").is_file():
         return SessionFormat.TUM
     if find_sensor(path) is not None:

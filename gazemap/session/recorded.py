@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from gazemap.geometry.camera import Camera
-from gazemap.session.depth import NO_DEPTH, DepthFiles
+from gazemap.session.depth import NO_DEPTH, DepthSource
 from gazemap.session.frames import FrameSource
 from gazemap.types.frame import DepthFrame, Frame
 from gazemap.types.session import SessionData
@@ -17,8 +17,8 @@ class RecordedSession:
     data: SessionData
     scene: FrameSource
     overhead: FrameSource | None = None
-    scene_depth: DepthFiles = NO_DEPTH
-    overhead_depth: DepthFiles = NO_DEPTH
+    scene_depth: DepthSource = NO_DEPTH
+    overhead_depth: DepthSource = NO_DEPTH
 
     @property
     def scene_camera(self) -> Camera:

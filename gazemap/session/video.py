@@ -5,14 +5,20 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import av
+import cv2
 import numpy as np
+from av.bitstream import BitStreamFilterContext
 
 from gazemap.errors import InputError
+from gazemap.geometry.arrays import ImageArray
 from gazemap.geometry.camera import Camera
 from gazemap.session.camera_file import ImageSize, read_camera
 from gazemap.session.table import read_table, times_ns
 from gazemap.types.frame import Frame
+from gazemap.wire.images import CodedImage, ImageFormat, VideoPacket
 
+# Codecs whose packets decode without a container, and what makes them so.
+ANNEX_B_FILTERS = {"h264": "h264_mp4toannexb", "hevc": "hevc_mp4toannexb"}
 _TODO_CUT = "the file is cut off or damaged: copy or export it again"
 
 
@@ -38,13 +44,52 @@ class VideoFile:
                 for index, picture in enumerate(container.decode(stream)):
                     if index >= len(self.t_ns):
                         break
-                    layout = "gray" if picture.format.name.startswith("gray") else "bgr24"
-                    image = np.asarray(picture.to_ndarray(format=layout), dtype=np.uint8)
+                    image = picture_to_image(picture)
                     yield Frame(index=index, t_ns=self.t_ns[index], image=image)
         except av.error.FFmpegError as error:
             raise unreadable(self.path, read=index, expected=len(self.t_ns)) from error
         if index + 1 < len(self.t_ns):
             raise unreadable(self.path, read=index + 1, expected=len(self.t_ns))
+
+    def coded(self) -> Iterator[CodedImage | VideoPacket]:
+        """Yield the video's own packets, or lossless images where packets cannot stand alone."""
+        with av.open(self.path) as container:
+            codec = container.streams.video[0].codec_context.name
+        if codec in ANNEX_B_FILTERS:
+            return self._packets(codec)
+        return (code_losslessly(frame) for frame in self.frames())
+
+    def _packets(self, codec: str) -> Iterator[VideoPacket]:
+        order = self._presentation_order()
+        with av.open(self.path) as container:
+            stream = container.streams.video[0]
+            to_annex_b = BitStreamFilterContext(ANNEX_B_FILTERS[codec], stream)
+            for packet in container.demux(stream):
+                for unit in to_annex_b.filter(packet if packet.size else None):
+                    index = order[unit.pts]
+                    yield VideoPacket(
+                        index=index, t_ns=self.t_ns[index], codec=codec, data=bytes(unit)
+                    )
+
+    def _presentation_order(self) -> dict[int | None, int]:
+        with av.open(self.path) as container:
+            stream = container.streams.video[0]
+            stamps = sorted(packet.pts or 0 for packet in container.demux(stream) if packet.size)
+        return {pts: index for index, pts in enumerate(stamps)}
+
+
+def picture_to_image(picture: av.VideoFrame) -> ImageArray:
+    """Return a decoded picture as BGR (H, W, 3), or grey (H, W) where it is grey."""
+    layout = "gray" if picture.format.name.startswith("gray") else "bgr24"
+    return np.asarray(picture.to_ndarray(format=layout), dtype=np.uint8)
+
+
+def code_losslessly(frame: Frame) -> CodedImage:
+    """Return a frame as PNG."""
+    _, coded = cv2.imencode(".png", frame.image)
+    return CodedImage(
+        index=frame.index, t_ns=frame.t_ns, image_format=ImageFormat.PNG, data=coded.tobytes()
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -66,6 +111,26 @@ def open_video(path: Path, *, timestamps: Path, camera: Path) -> VideoFile:
             todo="export the recording with timestamps; they cannot be told from a frame rate",
         )
     t_ns = frame_times(timestamps)
+    size = _check_count(path, t_ns=t_ns, timestamps=timestamps)
+    return VideoFile(camera=read_camera(camera, size=size), t_ns=t_ns, path=path)
+
+
+def checked_video(
+    path: Path, *, t_ns: tuple[int, ...], camera: Camera, timestamps: Path
+) -> VideoFile:
+    """Return a video with a known camera, once its size and its count of frames are right."""
+    size = _check_count(path, t_ns=t_ns, timestamps=timestamps)
+    if size != ImageSize(width_px=camera.width_px, height_px=camera.height_px):
+        raise InputError(
+            f"{camera.width_px}x{camera.height_px} pixels expected, got {size}",
+            where=path,
+            todo="give a camera file of this resolution with --camera",
+        )
+    return VideoFile(camera=camera, t_ns=t_ns, path=path)
+
+
+def _check_count(path: Path, *, t_ns: tuple[int, ...], timestamps: Path) -> ImageSize:
+    """Return the size of a video that has one frame a time."""
     extent = _measure(path, expected=len(t_ns))
     if extent.frame_count < len(t_ns):
         raise unreadable(path, read=extent.frame_count, expected=len(t_ns))
@@ -75,7 +140,7 @@ def open_video(path: Path, *, timestamps: Path, camera: Path) -> VideoFile:
             where=timestamps,
             todo="export both files again",
         )
-    return VideoFile(camera=read_camera(camera, size=extent.size), t_ns=t_ns, path=path)
+    return extent.size
 
 
 def frame_times(path: Path) -> tuple[int, ...]:

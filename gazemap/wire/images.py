@@ -12,6 +12,7 @@ from foxglove_schemas_protobuf.CompressedVideo_pb2 import CompressedVideo
 from numpy.typing import NDArray
 
 from gazemap.errors import InputError
+from gazemap.geometry.arrays import ImageArray
 from gazemap.geometry.camera import Camera, LensModel
 from gazemap.types.frame import DepthFrame, Frame
 from gazemap.wire.envelope import (
@@ -137,18 +138,35 @@ def encode_coded_image(image: CodedImage, *, frame_id: str) -> bytes:
     return message.SerializeToString() + extra.SerializeToString()
 
 
-def decode_image(payload: bytes, *, stream: str) -> Frame:
-    """Read a frame: grey (H, W) where it was sent grey, else BGR (H, W, 3)."""
+def decode_coded_image(payload: bytes, *, stream: str) -> CodedImage:
+    """Read an image without decompressing it."""
     message, extra = CompressedImage(), pb.ImageExtra()
     parse_foxglove(message, extra, payload, stream=stream)
-    image = _pixels(message.data, cv2.IMREAD_ANYCOLOR)
-    if image is None:
+    known = message.format in (ImageFormat.JPEG.value, ImageFormat.PNG.value)
+    return CodedImage(
+        index=extra.index,
+        t_ns=time_ns(message.timestamp),
+        image_format=ImageFormat(message.format) if known else ImageFormat.OTHER,
+        data=message.data,
+    )
+
+
+def pixels_of(image: CodedImage, *, stream: str) -> ImageArray:
+    """Decompress an image: grey (H, W) where it was sent grey, else BGR (H, W, 3)."""
+    pixels = _pixels(image.data, cv2.IMREAD_ANYCOLOR)
+    if pixels is None:
         raise InputError(
-            f"no image in {len(message.data)} bytes of '{message.format}'",
+            f"no image in {len(image.data)} bytes of '{image.image_format}'",
             where=stream,
             todo="publish JPEG or PNG",
         )
-    return Frame(index=extra.index, t_ns=time_ns(message.timestamp), image=image)
+    return np.asarray(pixels, dtype=np.uint8)
+
+
+def decode_image(payload: bytes, *, stream: str) -> Frame:
+    """Read a frame."""
+    image = decode_coded_image(payload, stream=stream)
+    return Frame(index=image.index, t_ns=image.t_ns, image=pixels_of(image, stream=stream))
 
 
 def _pixels(data: bytes, flag: int) -> NDArray[Any] | None:
