@@ -1,1 +1,154 @@
-"""The story of mapping one session: poses, scene, fixations."""
+"""The story of mapping one session: where the head was, what stood there, what was looked at."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import Final
+
+import numpy as np
+
+from gazemap.gaze.cast import cast_fixations
+from gazemap.gaze.config import FixationConfig, GazeNoise, OffsetConfig
+from gazemap.gaze.detect import detect_fixations
+from gazemap.gaze.offset import estimate_gaze_offset
+from gazemap.geometry.arrays import ImageArray
+from gazemap.geometry.pose import Overhead, Pose, World
+from gazemap.ports import Progress, Session
+from gazemap.scene.build import build_scene
+from gazemap.scene.cast import SceneCaster
+from gazemap.scene.config import SceneConfig
+from gazemap.slam.config import SlamConfig
+from gazemap.slam.offline import map_session
+from gazemap.slam.tag_alignment import locate_static_camera
+from gazemap.types.fixation import Fixation3D, GazeOffset
+from gazemap.types.scene import SceneModel
+from gazemap.types.session import Fixation
+from gazemap.types.slam import SlamResult
+
+# A fixed camera is located from images this far apart; an arm covers no tag in most of them.
+_OVERHEAD_STRIDE: Final = 10
+NO_OFFSET: Final = GazeOffset(
+    azimuth_rad=0.0,
+    elevation_rad=0.0,
+    azimuth_sigma_rad=float(np.radians(OffsetConfig().unknown_sigma_deg)),
+    elevation_sigma_rad=float(np.radians(OffsetConfig().unknown_sigma_deg)),
+    is_applied=False,
+)
+
+
+class FixationSource(StrEnum):
+    """Whose fixations are cast."""
+
+    DEVICE = "device"
+    OWN = "own"
+
+
+class OffsetMode(StrEnum):
+    """Whether the session's constant gaze error is looked for."""
+
+    AUTO = "auto"
+    OFF = "off"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MappingConfig:
+    """The settings of each stage."""
+
+    slam: SlamConfig = field(default_factory=SlamConfig)
+    scene: SceneConfig = field(default_factory=SceneConfig)
+    fixations: FixationConfig = field(default_factory=FixationConfig)
+    offset: OffsetConfig = field(default_factory=OffsetConfig)
+    noise: GazeNoise = field(default_factory=GazeNoise)
+    source: FixationSource = FixationSource.DEVICE
+    offset_mode: OffsetMode = OffsetMode.AUTO
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Located:
+    """Where the cameras were."""
+
+    slam: SlamResult
+    T_world_overhead: Pose[World, Overhead] | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Looks:
+    """What was looked at, and the gaze error that was found on the way."""
+
+    fixations: tuple[Fixation3D, ...]
+    offset: GazeOffset
+
+
+def locate_cameras(session: Session, config: MappingConfig, *, progress: Progress) -> Located:
+    """Track the head camera and find the overhead camera by the tags of the layout."""
+    slam = map_session(session, config.slam, progress=progress)
+    camera, layout = session.overhead_camera, session.data.tags
+    T_world_overhead = None
+    if camera is not None and layout is not None:
+        T_world_overhead = locate_static_camera(_spread_images(session), camera, layout=layout)
+    return Located(slam=slam, T_world_overhead=T_world_overhead)
+
+
+def _spread_images(session: Session) -> Iterator[ImageArray]:
+    for frame in session.overhead_frames():
+        if frame.index % _OVERHEAD_STRIDE == 0:
+            yield frame.image
+
+
+def model_scene(
+    session: Session, located: Located, config: MappingConfig, *, progress: Progress
+) -> SceneModel:
+    """Build the surface and find the objects with their resting places."""
+    return build_scene(
+        session,
+        located.slam.trajectory,
+        T_world_overhead=located.T_world_overhead,
+        config=config.scene,
+        progress=progress,
+    )
+
+
+def find_looks(
+    session: Session, located: Located, scene: SceneModel, config: MappingConfig
+) -> Looks:
+    """Cast every fixation into the scene as it stood, after the gaze error was taken out."""
+    fixations = fixations_of(session, located, config)
+    trajectory, camera = located.slam.trajectory, located.slam.camera
+    offset = NO_OFFSET
+    if config.offset_mode is OffsetMode.AUTO:
+        offset = estimate_gaze_offset(
+            fixations,
+            trajectory=trajectory,
+            camera=camera,
+            objects=scene.objects,
+            config=config.offset,
+        )
+    overhead = None
+    if session.overhead_camera is not None and located.T_world_overhead is not None:
+        overhead = (session.overhead_camera, located.T_world_overhead)
+    cast = cast_fixations(
+        fixations,
+        trajectory=trajectory,
+        camera=camera,
+        surface=SceneCaster(scene),
+        offset=offset,
+        noise=config.noise,
+        overhead=overhead,
+    )
+    return Looks(fixations=cast, offset=offset)
+
+
+def fixations_of(session: Session, located: Located, config: MappingConfig) -> tuple[Fixation, ...]:
+    """Return the device's fixations where it gave any and they are wanted, else our own."""
+    device, gaze = session.data.fixations, session.data.gaze
+    if device is not None and config.source is FixationSource.DEVICE:
+        return device
+    if gaze is None:
+        return ()
+    return detect_fixations(
+        gaze,
+        located.slam.camera,
+        located.slam.trajectory,
+        session.data.blinks,
+        config.fixations,
+    )

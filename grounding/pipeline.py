@@ -13,6 +13,9 @@ from grounding.patches.patch import Patch
 from grounding.patches.showings import showings_of
 from grounding.patches.view import View
 from grounding.plan import GroundedPlan, PlanConfig, Unparsed, ground_instructions
+from grounding.symbols.model import SymbolModel
+from grounding.symbols.records import SymbolConfig
+from grounding.symbols.session import learn_from_patches
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -22,6 +25,7 @@ class GroundingConfig:
     glide: GlideConfig = field(default_factory=GlideConfig)
     plan: PlanConfig = field(default_factory=PlanConfig)
     patches: PatchConfig = field(default_factory=PatchConfig)
+    symbols: SymbolConfig = field(default_factory=SymbolConfig)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -32,11 +36,13 @@ class SessionGrounding:
         plan: the grounded plan.
         looks: one label for each fixation, in time order.
         patches: pictures of the targets, kept or not.
+        symbols: what the targets' words mean, as far as the patches tell.
     """
 
     plan: GroundedPlan
     looks: tuple[LookBelief, ...]
     patches: tuple[Patch, ...]
+    symbols: SymbolModel
 
 
 def ground_session(
@@ -59,7 +65,7 @@ def ground_session(
         view: the camera that patches are cut from; None for no patches.
 
     Returns:
-        The plan, the labels of the fixations, and the patches.
+        The plan, the labels of the fixations, the patches and what the words mean.
     """
     config = config or GroundingConfig()
     alignment = align(demonstration, config.glide)
@@ -74,7 +80,10 @@ def ground_session(
     showings = showings_of(plan, demonstration.objects, demonstration.fixations, config.patches)
     patches = cut_patches(showings, view, config.patches) if view is not None else []
     return SessionGrounding(
-        plan=with_patches(plan, patches), looks=alignment.looks, patches=tuple(patches)
+        plan=with_patches(plan, patches),
+        looks=alignment.looks,
+        patches=tuple(patches),
+        symbols=learn_from_patches(patches, config.symbols),
     )
 
 

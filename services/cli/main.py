@@ -16,6 +16,7 @@ COMMANDS: Final[dict[str, tuple[str, str]]] = {
     "simulate": ("services.cli.simulate", "Write a simulated session and the truth about it."),
     "symbols": ("services.cli.symbols", "Learn what words mean from patches, and name new ones."),
     "slam": ("services.cli.slam", "Track and map a recording."),
+    "rebuild": ("services.cli.rebuild", "Rebuild sessions offline, better than live."),
 }
 
 

@@ -1,0 +1,80 @@
+"""What the page shows of a rebuild, picture by picture."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import cv2
+import numpy as np
+
+from gazemap.geometry.arrays import ImageArray
+from gazemap.types.tracking import Scale
+from services.report.page import Picture, Section, write_page
+from services.report.picture import png_bytes
+from services.report.plan_pictures import timeline_figure
+from services.report.scene_pictures import overhead_picture, surface_figure, table_figure
+
+if TYPE_CHECKING:
+    from services.rebuild.run import Rebuilt
+
+_PATCHES_SHOWN = 60
+
+
+def write_report(rebuilt: "Rebuilt", summary: Mapping[str, Any], path: Path) -> None:
+    """Write report.html, one self-contained page."""
+    plan = rebuilt.grounded.plan.to_json()
+    sections = [_timeline(rebuilt, plan), _scene(rebuilt), *_overhead(rebuilt), _patches(rebuilt)]
+    shown = [section for section in sections if section.pictures]
+    write_page(path, summary=summary, plan=plan, sections=shown)
+
+
+def _timeline(rebuilt: "Rebuilt", plan: Mapping[str, Any]) -> Section:
+    instructions: Sequence[Mapping[str, Any]] = plan["instructions"]
+    figure = timeline_figure(instructions, rebuilt.mapped.looks.fixations, rebuilt.memberships)
+    picture = Picture(title="inferred segments and fixations", png=png_bytes(figure))
+    note = "When each instruction was carried out, as the fixations tell; idle looks are grey."
+    return Section(heading="Time", note=note, pictures=[picture])
+
+
+def _scene(rebuilt: "Rebuilt") -> Section:
+    mapped = rebuilt.mapped
+    fixations, trajectory = mapped.looks.fixations, mapped.located.slam.trajectory
+    unit = "m" if trajectory.scale is Scale.METRIC else "arbitrary"
+    views = surface_figure(mapped.scene, trajectory, fixations)
+    table = table_figure(mapped.scene, fixations, rebuilt.memberships, unit=unit)
+    pictures = [
+        Picture(
+            title="the surface from two sides, the head's path, fixations", png=png_bytes(views)
+        ),
+        Picture(title="the table from above", png=png_bytes(table)),
+    ]
+    return Section(heading="Scene", note=f"World, lengths in {unit}.", pictures=pictures)
+
+
+def _overhead(rebuilt: "Rebuilt") -> list[Section]:
+    mapped = rebuilt.mapped
+    first = next(iter(mapped.session.overhead_frames()), None)
+    if first is None or mapped.located.T_world_overhead is None:
+        return []
+    drawn = overhead_picture(first.image, mapped.looks.fixations, rebuilt.memberships)
+    note = "The overhead camera's first image with all fixations, coloured by instruction."
+    pictures = [Picture(title="overhead view", png=_png(drawn))]
+    return [Section(heading="Overhead view", note=note, pictures=pictures)]
+
+
+def _patches(rebuilt: "Rebuilt") -> Section:
+    cut = [each for each in rebuilt.grounded.patches if each.image_bgr is not None]
+    kept = [each for each in cut if each.kept]
+    step = max(1, -(-len(kept) // _PATCHES_SHOWN))
+    pictures = [
+        Picture(title=f"{each.instruction}: {' '.join(each.symbols)}", png=_png(each.image_bgr))
+        for each in kept[::step]
+        if each.image_bgr is not None
+    ]
+    note = f"{len(kept)} kept of {len(rebuilt.grounded.patches)} that were looked at."
+    return Section(heading="Patches", note=note, pictures=pictures, is_gallery=True)
+
+
+def _png(image: ImageArray) -> bytes:
+    _, coded = cv2.imencode(".png", np.ascontiguousarray(image))
+    return coded.tobytes()
