@@ -100,6 +100,15 @@ class LensConfig:
     model: LensModel = LensModel.PINHOLE
     serial: str = ""
 
+    def __post_init__(self) -> None:
+        """Refuse what H.264 cannot hold, and pictures too small to show anything."""
+        odd = self.width_px % 2 or self.height_px % 2
+        if odd or min(self.width_px, self.height_px) < 64 or self.rate_hz <= 0:
+            raise ConfigError(
+                f"sim: {self.width_px} x {self.height_px} at {self.rate_hz} a second is no video; "
+                "even sides of at least 64 and a positive rate are"
+            )
+
 
 SCENE_LENS = LensConfig(
     width_px=800,
@@ -182,8 +191,8 @@ class SimConfig:
             raise ConfigError(
                 f"sim: seconds {self.seconds} is below 6, too short to pick and place"
             )
-        if min(self.scene_lens.rate_hz, self.overhead_lens.rate_hz, self.gaze_rate_hz) <= 0:
-            raise ConfigError("sim: rates must be positive")
+        if self.gaze_rate_hz <= 0:
+            raise ConfigError(f"sim: gaze_rate_hz {self.gaze_rate_hz} is not positive")
 
 
 def preset(level: Level) -> SimConfig:

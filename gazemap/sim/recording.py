@@ -11,6 +11,7 @@ from types import TracebackType
 from typing import Final, Self
 
 import av
+import cv2
 import numpy as np
 
 from gazemap.geometry.arrays import FloatArray, ImageArray
@@ -49,11 +50,17 @@ class VideoWriter:
         self._stream.time_base = Fraction(1, _VIDEO_CLOCK_HZ)
         self._stream.codec_context.time_base = Fraction(1, _VIDEO_CLOCK_HZ)
         self._stream.codec_context.thread_count = 1
-        self._stream.options = {"crf": str(crf), "preset": "veryfast", "g": "30"}
+        # As hardware encoders do; x264's B-frames and macroblock tree differ from run to run.
+        options: dict[str, object] = {"crf": str(crf), "preset": "veryfast", "g": "30"}
+        self._stream.options = options | {"x264-params": "bframes=0:mbtree=0"}
 
     def write(self, image_bgr: ImageArray, t_s: float) -> None:
-        """Append a frame (H, W, 3) taken at a time."""
-        frame = av.VideoFrame.from_ndarray(image_bgr, format="bgr24")
+        """Append a frame (H, W, 3) taken at a time.
+
+        OpenCV turns it into YUV: libswscale's result depends on where the array lies in memory.
+        """
+        planes = np.asarray(cv2.cvtColor(image_bgr, cv2.COLOR_BGR2YUV_I420), dtype=np.uint8)
+        frame = av.VideoFrame.from_ndarray(planes, format="yuv420p")
         frame.pts = round(t_s * _VIDEO_CLOCK_HZ)
         frame.time_base = Fraction(1, _VIDEO_CLOCK_HZ)
         self._container.mux(self._stream.encode(frame))
@@ -151,7 +158,7 @@ class SessionWriter:
             "recording_id": self._recording,
             "start_time": START_NS,
             "duration": end_ns - START_NS,
-            "gaze_frequency": self._config.gaze_rate_hz,
+            "gaze_frequency": round(self._config.gaze_rate_hz),
             "scene_camera_serial_number": self._config.scene_lens.serial,
             "wearer_name": "simulated",
             "template_data": {},

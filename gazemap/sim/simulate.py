@@ -1,5 +1,6 @@
 """The story of one simulated session: who does what, what is seen, what is written."""
 
+import tempfile
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -7,7 +8,6 @@ from pathlib import Path
 import numpy as np
 
 from gazemap.errors import InputError
-from gazemap.geometry.arrays import FloatArray
 from gazemap.geometry.camera import Camera
 from gazemap.geometry.pose import Overhead, Pose, World
 from gazemap.ports import Progress
@@ -79,38 +79,48 @@ def write_script(config: SimConfig) -> Script:
 
 
 def simulate(config: SimConfig, out: Path, *, progress: Progress) -> Script:
-    """Write `out/session` and `out/truth` and return what was simulated.
+    """Write `out/session` and `out/truth`, both whole or neither; return what was simulated.
 
     Raises:
-        InputError: if a session or a truth is there already.
+        InputError: if a session or a truth is there already, or the folder cannot be written.
     """
-    session, truth = out / "session", out / "truth"
-    for folder in (session, truth):
-        if folder.exists():
-            raise InputError("is there already", where=folder, todo="name another folder")
+    for name in ("session", "truth"):
+        if (out / name).exists():
+            raise InputError("is there already", where=out / name, todo="name another folder")
     script = write_script(config)
-    session.mkdir(parents=True)
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(prefix=".simulating-", dir=out) as unfinished:
+            session, truth = Path(unfinished) / "session", Path(unfinished) / "truth"
+            _write_truth(script, truth)
+            _write_session(script, session, progress)
+            session.rename(out / "session")
+            truth.rename(out / "truth")
+    except OSError as error:
+        todo = "name a folder that can be written, with room"
+        raise InputError(f"cannot be written ({error.strerror})", where=out, todo=todo) from error
+    return script
+
+
+def _write_truth(script: Script, truth: Path) -> None:
     truth.mkdir()
-    scene_times_s = _write_tables(script, session)
-    write_trajectory(truth / "trajectory.tum", script.head, scene_times_s)
+    times_s = frame_times_s(script.config.scene_lens, script.config.seconds)
+    write_trajectory(truth / "trajectory.tum", script.head, times_s)
     document = truth_document(
-        config,
+        script.config,
         script.demonstration,
         script.looks,
         T_world_overhead=script.T_world_overhead,
         offset_px=script.eyes.offset_px,
     )
     write_truth(truth / "truth.json", document)
-    _film(script, session, progress)
-    return script
 
 
-def _write_tables(script: Script, session: Path) -> FloatArray:
-    """Write all but the videos; returns the head camera's frame times (N,)."""
+def _write_session(script: Script, session: Path, progress: Progress) -> None:
+    session.mkdir()
     config, writer = script.config, SessionWriter(session, script.config)
-    times_s = frame_times_s(config.scene_lens, config.seconds)
     writer.write_camera("scene", script.scene_camera)
-    writer.write_frame_times("world", times_s)
+    writer.write_frame_times("world", frame_times_s(config.scene_lens, config.seconds))
     if config.has_overhead:
         writer.write_camera("overhead", script.overhead_camera)
         overhead_times_s = frame_times_s(config.overhead_lens, config.seconds)
@@ -119,7 +129,7 @@ def _write_tables(script: Script, session: Path) -> FloatArray:
     writer.write_narration(script.said)
     writer.write_tags()
     writer.write_info()
-    return times_s
+    _film(script, session, progress)
 
 
 def _film(script: Script, session: Path, progress: Progress) -> None:

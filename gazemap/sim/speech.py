@@ -1,6 +1,6 @@
 """What the person says, and when."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 _NOW_SHARE = 0.2
 _PRONOUN_SHARE = 0.5
-_SENTENCE_S = 1.6
+_SENTENCE_S, _SHORTEST_S = 1.6, 0.8
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -50,8 +50,11 @@ def speak(
     said: list[Utterance] = []
     for step in steps:
         delay_s = rng.normal(config.speech_delay_s, config.speech_sigma_s)
-        start_s = max(float(step.start_s + delay_s), said[-1].end_s + 0.02 if said else 0.0)
-        end_s = max(step.start_s + _SENTENCE_S, start_s + 0.8)
+        start_s = max(float(step.start_s + delay_s), 0.0)
+        if said:  # one sentence ends before the next begins
+            start_s = max(start_s, said[-1].start_s + _SHORTEST_S)
+            said[-1] = replace(said[-1], end_s=min(said[-1].end_s, start_s))
+        end_s = max(step.start_s + _SENTENCE_S, start_s + _SHORTEST_S)
         said.append(Utterance(start_s=start_s, end_s=end_s, text=step.sentence))
     return tuple(said)
 

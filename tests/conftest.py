@@ -1,0 +1,11 @@
+"""Fixtures that tests of several packages share."""
+
+import pytest
+
+from tests.builders import SimulatedSession, build_session, small_config
+
+
+@pytest.fixture(scope="session")
+def small_session(tmp_path_factory: pytest.TempPathFactory) -> SimulatedSession:
+    """Return an easy session of 8 s at 480 x 360: nobody may change its files."""
+    return build_session(tmp_path_factory.mktemp("small"), small_config())
