@@ -23,7 +23,7 @@ def command(source: Path, out: Path, name: str | None, camera: Path | None) -> N
 
     session_format = detect_format(source) if name is None else SessionFormat(name)
     session = open_as(source, session_format=session_format, camera=camera)
+    write_mcap(session, out)
     for warning in session.data.warnings:
         click.echo(f"warning: {warning}", err=True)
-    write_mcap(session, out)
     click.echo(f"{out}: {len(session.scene_t_ns)} scene frames from {session_format}")
