@@ -94,6 +94,7 @@ class FixationCaster:
             cov_world=self._covariance(middle, hits[1:]),
             object_id=middle.object_id,
             overhead_uv_px=_projected(middle.point_world, overhead),
+            origin_world=T_world_cam.t,
         )
 
     def _covariance(self, middle: SurfaceHit, around: list[SurfaceHit | Miss]) -> FloatArray:
