@@ -22,8 +22,10 @@ class GlideConfig:
         narration_sigma_s: prior spread of the start of speech against the start of the action.
         narration_outlier: share of times in the transcript that say nothing.
         motion_sigma_s: spread of a gaze leaving its landmark against the event that vision saw.
+        motion_window_s: no gaze leaves its landmark farther from the event than this.
         motion_missed: prior of a movement that vision missed.
         unmoved_prior: prior of a taken thing of which vision saw no movement.
+        popular_share: prior share of idle looks that rest on things, not just anywhere.
         gaze_offset_sigma_rad: prior spread of the gaze offset that mapping left in, per axis.
         grid_spacing_m: spacing of the grid of positions where there is no instance.
         rest_height_m: height above the table of the middle of a thing that was not seen.
@@ -45,7 +47,9 @@ class GlideConfig:
     narration_sigma_s: float = 2.0
     narration_outlier: float = 0.05
     motion_sigma_s: float = 0.5
+    motion_window_s: float = 10.0
     motion_missed: float = 0.05
+    popular_share: float = 0.1
     unmoved_prior: float = 0.02
     gaze_offset_sigma_rad: float = 0.015
     grid_spacing_m: float = 0.012

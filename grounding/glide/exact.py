@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from grounding.glide.grid import read_grid
+from grounding.glide.bounds import pruned
 from grounding.glide.kernels import Marks, backward, forward, no_marks, posterior, viterbi
 from grounding.glide.model import Session
 from grounding.glide.tables import Model
@@ -24,7 +24,7 @@ class Beliefs:
         member: (A, T) that the look belongs to the action and to its target, location or landmark.
         on_place: (T, R) that the look is at the resting place as target or location of an action.
         on_landmark: (A, R) expected looks at each place as the action's landmark.
-        grid_position: (A, G) of the unseen position; each row sums to its probability.
+        unseen_position: for each action (G,) on its grid; the sum is that of being unseen.
         best_first: (A,) first look of the best partition.
         best_past: (A,) one past its last look; the same where the action was skipped.
     """
@@ -37,7 +37,7 @@ class Beliefs:
     member: FloatArray
     on_place: FloatArray
     on_landmark: FloatArray
-    grid_position: FloatArray
+    unseen_position: tuple[FloatArray, ...]
     best_first: IntArray
     best_past: IntArray
 
@@ -52,7 +52,7 @@ def infer(session: Session, model: Model) -> Beliefs:
     Returns:
         The beliefs, and the single best partition.
     """
-    tables, marks = model.tables, no_marks(model.tables)
+    tables, marks = pruned(model.tables), no_marks(model.tables)
     log_evidence = posterior(tables, forward(tables), backward(tables), marks)
     first, past, _ = viterbi(tables)
     return read_looks(
@@ -90,12 +90,11 @@ def read_looks(session: Session, model: Model, occupancy: Occupancy) -> Beliefs:
         on_place=np.zeros((count, places)),
         on_landmark=np.zeros((acts, places)),
     )
-    position = np.zeros((acts, len(model.grid.nodes)))
+    position = [np.zeros(len(model.unseen.nodes(a))) for a in range(acts)]
     for a in range(acts):
         _read_places(session, model, marks.inside[a, ..., :count], a=a, looks=looks)
         if marks.grids[a].any():
-            row = int(model.tables.grid_row[a].max())
-            position[a], on_grid = _read_grid(model, row, marks.grids[a])
+            position[a], on_grid = model.unseen.read(a, marks.grids[a])
             looks.member[a] += on_grid
     return Beliefs(
         log_evidence=occupancy.log_evidence,
@@ -106,22 +105,10 @@ def read_looks(session: Session, model: Model, occupancy: Occupancy) -> Beliefs:
         member=np.minimum(looks.member, 1.0),
         on_place=looks.on_place,
         on_landmark=looks.on_landmark,
-        grid_position=position,
+        unseen_position=tuple(position),
         best_first=occupancy.best_first,
         best_past=occupancy.best_past,
     )
-
-
-def _read_grid(model: Model, row: int, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
-    grid = model.grid
-    position, looks = read_grid(
-        weights,
-        (grid.first, grid.node, grid.ratio),
-        model.grid_base[row],
-        model.grid_weight[row],
-        len(grid.nodes),
-    )
-    return position, looks
 
 
 def _read_places(

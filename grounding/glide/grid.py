@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
+from grounding.glide.actions import Kind
 from grounding.glide.config import GlideConfig
 from grounding.glide.model import Parameters, Session
 from grounding.glide.sight import where_met
@@ -12,6 +13,8 @@ from grounding.types import FloatArray, IntArray
 
 _NODES_MOST = 20_000
 _HEIGHT_SIGMA_M = 0.008
+_HEIGHT_STEP_M = 0.005  # grids closer than this are one
+_STACKED_M = 0.04  # height of a thing that was not seen, to stand another on
 _RATIO_CAP = 5e3
 _SEEN = 1e-3  # a look whose density ratio at a node is below this says nothing for the node
 
@@ -25,72 +28,174 @@ class Grid:
         first: (T + 1,) where each look's run begins.
         node: (S,) node of each entry.
         ratio: (S,) density of the look for that node over that of the background.
-        spacing: between neighbours, metres.
     """
 
     nodes: FloatArray
     first: IntArray
     node: IntArray
     ratio: FloatArray
-    spacing: float
 
-    @staticmethod
-    def over(session: Session, parameters: Parameters, config: GlideConfig) -> "Grid":
-        """Lay the grid over the workspace, at the height of a small thing's middle."""
-        unit = config.scene_unit_m
-        extent = session.high - session.low
-        spacing = max(config.grid_spacing_m * unit, float(np.sqrt(extent.prod() / _NODES_MOST)))
-        x, y = (
-            np.arange(lo, hi + spacing, spacing)
-            for lo, hi in zip(session.low, session.high, strict=True)
-        )
-        height = session.table_z + config.rest_height_m * unit
-        nodes = np.stack(
-            [*np.meshgrid(x, y, indexing="ij"), np.full((len(x), len(y)), height)], axis=-1
-        ).reshape(-1, 3)
-        met, cov = where_met(session.sights, height, offset_rad=parameters.gaze_offset_rad)
-        spread = (config.aim_sigma_m * unit) ** 2 + (_HEIGHT_SIGMA_M * unit) ** 2
-        cov = parameters.noise_scale**2 * cov + (spread + spacing**2 / 12) * np.eye(2)
-        first, node, ratio = _near_nodes(nodes, met, cov, session.area)
-        return Grid(nodes=nodes, first=first, node=node, ratio=ratio, spacing=spacing)
+    @property
+    def runs(self) -> tuple[IntArray, IntArray, FloatArray]:
+        """The sparse part, as the compiled functions take it."""
+        return self.first, self.node, self.ratio
 
 
-def _near_nodes(
-    nodes: FloatArray, met: FloatArray, cov: FloatArray, area: float
-) -> tuple[IntArray, IntArray, FloatArray]:
-    first, rows, values = [0], [], []
-    for point, spread in zip(met, cov, strict=True):
-        if np.isfinite(point).all():
-            off = nodes[:, :2] - point[:2]
-            squared = np.einsum("gi,ij,gj->g", off, np.linalg.inv(spread), off)
-            ratio = area * np.exp(-0.5 * squared) / (2 * np.pi * np.sqrt(np.linalg.det(spread)))
-            near = np.flatnonzero(ratio > _SEEN)
-            rows.append(near)
-            values.append(np.minimum(ratio[near], _RATIO_CAP))
-        first.append(first[-1] + (len(rows[-1]) if np.isfinite(point).all() else 0))
-    node = np.concatenate(rows) if rows else np.zeros(0, dtype=np.int64)
-    ratio_all = np.concatenate(values) if values else np.zeros(0)
-    return np.array(first, dtype=np.int64), node.astype(np.int64), ratio_all
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class GridRow:
+    """A sort of segment whose position was not seen.
+
+    Attributes:
+        grid: the positions it may have.
+        base: (T,) what else a look may be, over the background.
+        weight: of the position's part of the mixture.
+    """
+
+    grid: Grid
+    base: FloatArray
+    weight: float
 
 
-def grid_segments(grid: Grid, base: FloatArray, weight: FloatArray, *, longest: int) -> FloatArray:
-    """Return (rows, T, D + 1): log likelihood of every segment, its position summed out, eq. 5.
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Unseen:
+    """Which actions, under which hypotheses, have an unseen position.
+
+    Attributes:
+        row: (A, H) index into `rows`, or -1.
+        rows: the sorts of segments.
+    """
+
+    row: IntArray
+    rows: tuple[GridRow, ...]
+
+    def segments(self, *, longest: int) -> FloatArray:
+        """Return (rows, T, D + 1): log likelihood of segments, positions summed out, eq. 5."""
+        count = len(self.rows[0].base)
+        table = np.zeros((len(self.rows), count, longest + 1))
+        for out, each in zip(table, self.rows, strict=True):
+            _fill(out, each.grid.runs, each.base, each.weight, len(each.grid.nodes))
+        return table
+
+    def read(self, a: int, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the position's posterior on the grid of action a, and the looks at it.
+
+        Args:
+            a: the action.
+            weights: (T, D + 1) posterior of its segments with an unseen position.
+        """
+        each = self.rows[int(self.row[a].max())]
+        return read_grid(weights, each.grid.runs, each.base, each.weight, len(each.grid.nodes))
+
+    def nodes(self, a: int) -> FloatArray:
+        """Return the nodes (G, 3) of action a's grid."""
+        return self.rows[int(self.row[a].max())].grid.nodes
+
+
+def unseen_positions(
+    session: Session,
+    parameters: Parameters,
+    config: GlideConfig,
+    *,
+    parts: tuple[FloatArray, FloatArray, FloatArray],
+) -> Unseen:
+    """Lay grids at the heights that unseen positions have, and say who uses which.
 
     Args:
-        grid: the nodes.
-        base: (rows, T) what else a look may be.
-        weight: (rows,) weight of the position's component.
-        longest: D.
+        session: what was observed.
+        parameters: what was learnt.
+        config: the constants.
+        parts: weights (A, 3, 3), landmarks (A, H, T), density of anywhere over background (T,).
 
     Returns:
-        Logs relative to the background.
+        The grids; actions that cannot be told apart share a row.
     """
-    table = np.zeros((len(base), base.shape[1], longest + 1))
-    for row in range(len(base)):
-        _fill(
-            table[row], (grid.first, grid.node, grid.ratio), base[row], weight[row], len(grid.nodes)
-        )
-    return table
+    weights, landmark, calm = parts
+    step = _HEIGHT_STEP_M * config.scene_unit_m
+    row = np.full((len(session.acts), session.rests.count + 1), -1, dtype=np.int64)
+    grids: dict[int, Grid] = {}
+    rows: dict[tuple[int, float, bytes], GridRow] = {}
+    for a, act in enumerate(session.acts):
+        put = act.kind is Kind.PUT
+        level = round(_height(session, parameters, config, a) / step)
+        if level not in grids:
+            grids[level] = _grid(session, parameters, config, height=level * step, calm=calm)
+        mean = weights[a].mean(axis=0)
+        base = 1.0 - mean.sum() + (mean[2] * landmark[a, -1] if put else 0.0 * calm)
+        weight = float(mean[0] + mean[1])
+        key = (level, weight, base.tobytes())
+        rows.setdefault(key, GridRow(grid=grids[level], base=base, weight=weight))
+        row[a, -1] = list(rows).index(key)
+        if put:
+            row[a, :-1][session.rests.next_rest < 0] = row[a, -1]
+    return Unseen(row=row, rows=tuple(rows.values()))
+
+
+def _height(session: Session, parameters: Parameters, config: GlideConfig, a: int) -> float:
+    """Return how high the middle of an unseen thing stands, by what is known of its likes."""
+    act, rests, unit = session.acts[a], session.rests, config.scene_unit_m
+    half = config.rest_height_m * unit
+    top = _STACKED_M * unit
+    if rests.count:
+        theta = parameters.theta[:, rests.thing] / np.bincount(rests.thing)[rests.thing]
+        half = float(theta[session.names.of_act[a]] @ rests.height) / 2
+        if act.landmarks:
+            named = theta[list(session.names.landmarks_of_act[a])].mean(axis=0)
+            top = float(named @ (rests.position[:, 2] + rests.height / 2)) - session.table_z
+    on_top = act.relation == "on-top-of" and bool(act.landmarks)
+    return session.table_z + half + (top if on_top and act.landmarks != (("table",),) else 0.0)
+
+
+def _grid(
+    session: Session,
+    parameters: Parameters,
+    config: GlideConfig,
+    *,
+    height: float,
+    calm: FloatArray,
+) -> Grid:
+    unit, low, high = config.scene_unit_m, session.low, session.high
+    extent = float(np.prod(high - low))
+    spacing = max(config.grid_spacing_m * unit, float(np.sqrt(extent / _NODES_MOST)))
+    x, y = (np.arange(low[k], high[k] + spacing, spacing) for k in range(2))
+    level = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
+    met, cov = where_met(session.sights, height, offset_rad=parameters.gaze_offset_rad)
+    spread = (config.aim_sigma_m**2 + _HEIGHT_SIGMA_M**2) * unit**2 + spacing**2 / 12
+    cov = parameters.noise_scale**2 * cov + spread * np.eye(2)
+    first, node, density = _near_nodes((x, y), met[:, :2], cov)
+    look = np.repeat(np.arange(session.sights.count), np.diff(first))
+    ratio = np.minimum(density * session.area, _RATIO_CAP) * calm[look]
+    nodes = np.column_stack([level, np.full(len(level), height)])
+    return Grid(nodes=nodes, first=first, node=node, ratio=ratio)
+
+
+@njit(cache=True)
+def _near_nodes(
+    axes: tuple[FloatArray, FloatArray], met: FloatArray, cov: FloatArray
+) -> tuple[IntArray, IntArray, FloatArray]:
+    """Return the nodes within reach of each look, as runs, with the normal densities there."""
+    x, y = axes
+    reach = np.sqrt(-2 * np.log(_SEEN))
+    first = np.zeros(len(met) + 1, dtype=np.int64)
+    node, density = [0], [0.0]  # a first entry of each, for their types
+    for t in range(len(met)):
+        a, b, d = cov[t, 0, 0], cov[t, 0, 1], cov[t, 1, 1]
+        det = a * d - b * b
+        if np.isfinite(met[t, 0]):
+            for i in range(
+                np.searchsorted(x, met[t, 0] - reach * np.sqrt(a)),
+                np.searchsorted(x, met[t, 0] + reach * np.sqrt(a)),
+            ):
+                for j in range(
+                    np.searchsorted(y, met[t, 1] - reach * np.sqrt(d)),
+                    np.searchsorted(y, met[t, 1] + reach * np.sqrt(d)),
+                ):
+                    u, v = x[i] - met[t, 0], y[j] - met[t, 1]
+                    squared = (d * u * u - 2 * b * u * v + a * v * v) / det
+                    if squared < reach * reach:
+                        node.append(i * len(y) + j)
+                        density.append(np.exp(-0.5 * squared) / (2 * np.pi * np.sqrt(det)))
+        first[t + 1] = len(node) - 1
+    return first, np.array(node)[1:], np.array(density)[1:]
 
 
 @njit(cache=True)

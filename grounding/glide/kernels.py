@@ -4,7 +4,7 @@ Index letters: a action, h hypothesis of its thing, s first look of a segment, e
 d = e - s. Everything is a natural logarithm relative to "all looks are background".
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
@@ -12,6 +12,7 @@ from numba import njit
 from grounding.types import FloatArray, IntArray
 
 NEVER = -1e30
+Index = int | np.integer[Any]
 _NEGLIGIBLE = -36.0  # exp(-36) is below the rounding of the sum
 
 
@@ -21,6 +22,7 @@ class Tables(NamedTuple):
     Attributes:
         kind: (A,) Kind of each action.
         in_hand: (A,) 1 where the action goes on with the hypothesis of the one before.
+        is_level: (A,) 1 where the three thirds of the action have the same mixture.
         log_theta: (A, H) prior of the hypotheses where an action starts anew.
         start: (A, H, T + 1) factor of beginning with look s.
         end: (A, H, T + 1) factor of ending before look e.
@@ -36,6 +38,7 @@ class Tables(NamedTuple):
 
     kind: IntArray
     in_hand: IntArray
+    is_level: IntArray
     log_theta: FloatArray
     start: FloatArray
     end: FloatArray
@@ -54,7 +57,7 @@ def log_add(x: float, y: float) -> float:
     """Return log(exp(x) + exp(y))."""
     if x < y:
         x, y = y, x
-    return x if y - x < _NEGLIGIBLE else float(x + np.log1p(np.exp(y - x)))
+    return x if y - x < _NEGLIGIBLE or x < NEVER / 2 else float(x + np.log1p(np.exp(y - x)))
 
 
 @njit(cache=True)
@@ -71,31 +74,51 @@ def log_sum(values: FloatArray) -> float:
 
 
 @njit(cache=True)
-def segment(tb: Tables, a: int, h: int, s: int, e: int) -> float:
-    """Return the log factor of one segment, eq. 6."""
-    d = e - s
-    value = tb.start[a, h, s] + tb.end[a, h, e] + tb.duration[tb.kind[a], s, d]
-    row = tb.grid_row[a, h]
+def segments(tb: Tables, a: Index, h: Index, s: Index, out: FloatArray) -> int:
+    """Fill out[d] with the log factor of the segment of d looks from s, eq. 6.
+
+    Returns:
+        The longest d; 0 where action a with h cannot begin there.
+    """
+    begin = tb.start[a, h, s]
+    if begin <= NEVER / 2:
+        return 0
+    longest: int = min(tb.duration.shape[2] - 1, int(tb.duration.shape[1] - s))
+    duration, end, row = tb.duration[tb.kind[a], s], tb.end[a, h], tb.grid_row[a, h]
     if row >= 0:
-        return float(value + tb.grid[row, s, d])
-    p, q = tb.cuts[s, d, 0], tb.cuts[s, d, 1]
-    looks = tb.looks[a, h]
-    thirds = looks[0, p] - looks[0, s] + looks[1, q] - looks[1, p] + looks[2, e] - looks[2, q]
-    return float(value + thirds)
+        grid = tb.grid[row, s]
+        for d in range(1, longest + 1):
+            out[d] = begin + duration[d] + end[s + d] + grid[d]
+        return longest
+    first, middle, last = tb.looks[a, h, 0], tb.looks[a, h, 1], tb.looks[a, h, 2]
+    begin -= first[s]
+    if tb.is_level[a]:
+        for d in range(1, longest + 1):
+            out[d] = begin + duration[d] + end[s + d] + first[s + d]
+        return longest
+    cuts = tb.cuts[s]
+    for d in range(1, longest + 1):
+        p, q = cuts[d, 0], cuts[d, 1]
+        looks = first[p] - middle[p] + middle[q] - last[q] + last[s + d]
+        out[d] = begin + duration[d] + end[s + d] + looks
+    return int(longest)
 
 
 @njit(cache=True)
 def hypotheses(tb: Tables, a: int) -> IntArray:
     """Return the hypotheses of an action that are possible at all."""
-    return np.flatnonzero(tb.log_theta[a] > NEVER)
+    possible: IntArray = np.flatnonzero(tb.log_theta[a] > NEVER)
+    return possible
 
 
 @njit(cache=True)
-def entering(tb: Tables, done: FloatArray, a: int, h: int) -> FloatArray:
-    """Return (T + 1,): log of everything before look s, when action a begins there with h."""
-    before = np.empty(done.shape[2])
+def entering(tb: Tables, done: FloatArray, a: int) -> FloatArray:
+    """Return (H, T + 1): log of everything before look s, when action a begins there with h."""
+    before: FloatArray = done[a].copy()
+    if tb.in_hand[a]:
+        return before
     for s in range(done.shape[2]):
-        before[s] = done[a, h, s] if tb.in_hand[a] else log_sum(done[a, :, s]) + tb.log_theta[a, h]
+        before[:, s] = log_sum(done[a, :, s]) + tb.log_theta[a]
     return before
 
 
@@ -111,18 +134,29 @@ def _background(tb: Tables, ended: FloatArray, a: int) -> FloatArray:
 
 
 @njit(cache=True)
-def _ended(tb: Tables, before: FloatArray, a: int, h: int) -> FloatArray:
+def _ended(tb: Tables, before: FloatArray, a: int, h: Index) -> FloatArray:
     """Return (T + 1,): log of everything before look e, where action a with h has just ended."""
-    longest = tb.duration.shape[2] - 1
-    ended = np.empty_like(before)
-    terms = np.empty(longest + 1)
-    for e in range(before.shape[0]):
-        terms[:] = NEVER
-        terms[0] = before[e] + tb.skip[a, e]
-        for s in range(max(0, e - longest), e):
-            if before[s] > NEVER / 2:
-                terms[e - s] = before[s] + segment(tb, a, h, s, e)
-        ended[e] = log_sum(terms)
+    boundaries, lengths = before.shape[0], tb.duration.shape[2]
+    begins = np.flatnonzero((tb.start[a, h] > NEVER / 2) & (before > NEVER / 2))
+    terms = np.empty((len(begins), lengths))
+    longest = np.zeros(len(begins), dtype=np.int64)
+    top: FloatArray = before + tb.skip[a]
+    if not len(begins):
+        return top
+    total = top.copy()
+    for k, s in enumerate(begins):
+        longest[k] = segments(tb, a, h, s, terms[k])
+        for d in range(1, longest[k] + 1):
+            terms[k, d] += before[s]
+            top[s + d] = max(top[s + d], terms[k, d])
+    for e in range(boundaries):
+        total[e] = np.exp(total[e] - top[e])
+    for k, s in enumerate(begins):
+        for d in range(1, longest[k] + 1):
+            low = terms[k, d] - top[s + d]
+            if low > _NEGLIGIBLE:
+                total[s + d] += np.exp(low)
+    ended: FloatArray = top + np.log(total)
     return ended
 
 
@@ -135,8 +169,9 @@ def forward(tb: Tables) -> FloatArray:
     begin[0] = 0.0
     done[0, 0] = _background(tb, begin, 0)
     for a in range(acts):
+        before = entering(tb, done, a)
         for h in hypotheses(tb, a):
-            done[a + 1, h] = _background(tb, _ended(tb, entering(tb, done, a, h), a, h), a + 1)
+            done[a + 1, h] = _background(tb, _ended(tb, before[h], a, h), a + 1)
     return done
 
 
@@ -152,27 +187,16 @@ def _background_back(tb: Tables, after: FloatArray, a: int) -> FloatArray:
 
 
 @njit(cache=True)
-def _leaving(tb: Tables, opens: FloatArray, a: int, h: int) -> FloatArray:
-    """Return (T + 1,): log of everything from the boundary on, where action a is the next."""
-    after = np.empty(opens.shape[1])
-    for t in range(opens.shape[1]):
-        after[t] = opens[h, t] if tb.in_hand[a] else log_sum(opens[:, t] + tb.log_theta[a])
-    return after
-
-
-@njit(cache=True)
-def _opens(tb: Tables, future: FloatArray, a: int, h: int) -> FloatArray:
+def _opens(tb: Tables, future: FloatArray, a: int, h: Index) -> FloatArray:
     """Return (T + 1,): log of all looks from s on, when action a with h begins there."""
-    count, longest = future.shape[0] - 1, tb.duration.shape[2] - 1
-    opens = np.empty(count + 1)
-    terms = np.empty(longest + 1)
-    for s in range(count + 1):
-        terms[:] = NEVER
-        terms[0] = tb.skip[a, s] + future[s]
-        for e in range(s + 1, min(count, s + longest) + 1):
-            if future[e] > NEVER / 2:
-                terms[e - s] = segment(tb, a, h, s, e) + future[e]
-        opens[s] = log_sum(terms)
+    opens: FloatArray = tb.skip[a] + future
+    terms = np.empty(tb.duration.shape[2])
+    for s in np.flatnonzero(tb.start[a, h] > NEVER / 2):
+        terms[0] = opens[s]
+        longest = segments(tb, a, h, s, terms)
+        for d in range(1, longest + 1):
+            terms[d] += future[s + d]
+        opens[s] = log_sum(terms[: longest + 1])
     return opens
 
 
@@ -183,14 +207,19 @@ def backward(tb: Tables) -> FloatArray:
     future = np.full((acts + 1, things, count + 1), NEVER)
     last = np.full(count + 1, NEVER)
     last[count] = 0.0
-    for h in range(things):
-        future[acts, h] = _background_back(tb, last, acts)
+    future[acts] = _background_back(tb, last, acts)
     for a in range(acts - 1, -1, -1):
         opens = np.full((things, count + 1), NEVER)
         for h in hypotheses(tb, a):
             opens[h] = _opens(tb, future[a + 1, h], a, h)
-        for h in range(things):
-            future[a, h] = _background_back(tb, _leaving(tb, opens, a, h), a)
+        if tb.in_hand[a]:
+            for h in hypotheses(tb, a):
+                future[a, h] = _background_back(tb, opens[h], a)
+            continue
+        after = np.empty(count + 1)
+        for t in range(count + 1):
+            after[t] = log_sum(opens[:, t] + tb.log_theta[a])
+        future[a] = _background_back(tb, after, a)
     return future
 
 
@@ -230,7 +259,7 @@ def no_marks(tb: Tables) -> Marks:
 
 
 @njit(cache=True)
-def mark(tb: Tables, marks: Marks, where: tuple[int, int, int, int], weight: float) -> None:
+def mark(tb: Tables, marks: Marks, where: tuple[Index, Index, Index, Index], weight: float) -> None:
     """Add one segment's weight; `inside` takes steps that `cumulate` sums up.
 
     Args:
@@ -257,43 +286,44 @@ def mark(tb: Tables, marks: Marks, where: tuple[int, int, int, int], weight: flo
 @njit(cache=True)
 def cumulate(marks: Marks) -> None:
     """Turn the steps in `inside` into probabilities."""
-    inside = marks.inside
-    for t in range(1, inside.shape[3]):
-        inside[:, :, :, t] += inside[:, :, :, t - 1]
+    for a, h in np.argwhere(marks.things > 0.0):
+        for third in marks.inside[a, h]:
+            for t in range(1, len(third)):
+                third[t] += third[t - 1]
 
 
 @njit(cache=True)
 def posterior(tb: Tables, done: FloatArray, future: FloatArray, marks: Marks) -> float:
     """Fill the marks from the two passes and return the log evidence, eq. 10."""
-    acts, count, longest = tb.log_theta.shape[0], tb.duration.shape[1], tb.duration.shape[2] - 1
+    acts, count = tb.log_theta.shape[0], tb.duration.shape[1]
     log_z = log_sum(done[acts, :, count])
+    terms = np.empty(tb.duration.shape[2])
     for a in range(acts):
+        before = entering(tb, done, a) - log_z
         for h in hypotheses(tb, a):
-            before = entering(tb, done, a, h) - log_z
-            for s in range(count + 1):
-                skipping = before[s] + tb.skip[a, s] + future[a + 1, h, s]
-                mark(tb, marks, (a, h, s, s), np.exp(skipping))
-                for e in range(s + 1, min(count, s + longest) + 1):
-                    log_w = before[s] + future[a + 1, h, e]
-                    if log_w > NEVER / 2:
-                        log_w += segment(tb, a, h, s, e)
-                        if log_w > _NEGLIGIBLE:
-                            mark(tb, marks, (a, h, s, e), np.exp(log_w))
+            skipping = before[h] + tb.skip[a] + future[a + 1, h]
+            for s in np.flatnonzero(skipping > _NEGLIGIBLE):
+                mark(tb, marks, (a, h, s, s), np.exp(skipping[s]))
+            for s in np.flatnonzero((tb.start[a, h] > NEVER / 2) & (before[h] > NEVER / 2)):
+                longest = segments(tb, a, h, s, terms)
+                for d in range(1, longest + 1):
+                    log_w = before[h, s] + terms[d] + future[a + 1, h, s + d]
+                    if log_w > _NEGLIGIBLE:
+                        mark(tb, marks, (a, h, s, s + d), np.exp(log_w))
     cumulate(marks)
     return log_z
 
 
 @njit(cache=True)
-def _best_ended(tb: Tables, into: FloatArray, a: int, h: int) -> tuple[FloatArray, IntArray]:
+def _best_ended(tb: Tables, into: FloatArray, a: int, h: Index) -> tuple[FloatArray, IntArray]:
     """Return (T + 1,) the best log where action a has just ended, and the length it then has."""
-    longest = tb.duration.shape[2] - 1
-    best, length = np.empty_like(into), np.zeros(into.shape[0], dtype=np.int64)
-    for e in range(into.shape[0]):
-        best[e] = into[e] + tb.skip[a, e]
-        for s in range(max(0, e - longest), e):
-            value = into[s] + segment(tb, a, h, s, e)
-            if value > best[e]:
-                best[e], length[e] = value, e - s
+    best, length = into + tb.skip[a], np.zeros(into.shape[0], dtype=np.int64)
+    terms = np.empty(tb.duration.shape[2])
+    for s in np.flatnonzero((tb.start[a, h] > NEVER / 2) & (into > NEVER / 2)):
+        longest = segments(tb, a, h, s, terms)
+        for d in range(1, longest + 1):
+            if into[s] + terms[d] > best[s + d]:
+                best[s + d], length[s + d] = into[s] + terms[d], d
     return best, length
 
 
@@ -324,12 +354,12 @@ def viterbi(tb: Tables) -> tuple[IntArray, IntArray, IntArray]:
     begin[0] = 0.0
     best[0, 0], began[0, 0] = _best_background(tb, begin, 0)
     for a in range(acts):
-        into = np.empty(count + 1)
-        for h in hypotheses(tb, a):
+        into = best[a].copy()
+        if not tb.in_hand[a]:
             for s in range(count + 1):
-                fresh = best[a, :, s].max() + tb.log_theta[a, h]
-                into[s] = best[a, h, s] if tb.in_hand[a] else fresh
-            ended, length[a, h] = _best_ended(tb, into, a, h)
+                into[:, s] = best[a, :, s].max() + tb.log_theta[a]
+        for h in hypotheses(tb, a):
+            ended, length[a, h] = _best_ended(tb, into[h], a, h)
             best[a + 1, h], began[a + 1, h] = _best_background(tb, ended, a + 1)
     return _trace(tb, best, began, length)
 

@@ -6,10 +6,11 @@ import numpy as np
 
 from grounding.glide.actions import Kind
 from grounding.glide.config import GlideConfig
+from grounding.glide.emissions import aim_cov
 from grounding.glide.exact import Beliefs
 from grounding.glide.model import Parameters, Session
 from grounding.glide.sight import residuals
-from grounding.glide.tables import Model, aim_cov
+from grounding.glide.tables import Model
 from grounding.types import FloatArray
 
 # Pseudo-observations of the priors: how much is seen before a session is believed.
@@ -17,6 +18,7 @@ _MEANING_PRIOR = 0.3
 _TIME_PRIOR = 3.0
 _GAP_PRIOR = 2.0
 _NOISE_PRIOR = 20.0
+_POPULAR_PRIOR = 5.0
 _NARRATION_FLOOR_S = 0.3
 _NARRATION_PRIOR_S = 0.8
 _SHIFT_PRIOR_S = 1.0
@@ -39,6 +41,7 @@ def update(
         gaze_offset_rad=offset,
         noise_scale=scale,
         motion_shift_s=_motion_shift(session, beliefs, config),
+        popular_share=_popular_share(parameters, beliefs, model, config),
     )
 
 
@@ -159,7 +162,18 @@ def _gaze(
     squared = float(np.einsum("tpa,tpab,tpb->", rest, precision, rest))
     looks = 2 * float(weight.sum())
     factor = (squared + _NOISE_PRIOR) / (looks + _NOISE_PRIOR)
-    return offset, float(np.clip(parameters.noise_scale * np.sqrt(factor), 0.5, 4.0))
+    return offset, float(np.clip(parameters.noise_scale * np.sqrt(factor), 0.3, 4.0))
+
+
+def _popular_share(
+    parameters: Parameters, beliefs: Beliefs, model: Model, config: GlideConfig
+) -> float:
+    """Return the share of idle looks that rest on things, eq. 20."""
+    idle = 1.0 - np.minimum(beliefs.member.sum(axis=0), 1.0)
+    share = parameters.popular_share
+    on_things = share * model.popular / (share * model.popular + 1.0 - share)
+    total = float(idle @ on_things) + _POPULAR_PRIOR * config.popular_share
+    return float(np.clip(total / (float(idle.sum()) + _POPULAR_PRIOR), 0.01, 0.95))
 
 
 def _motion_shift(session: Session, beliefs: Beliefs, config: GlideConfig) -> FloatArray:

@@ -48,6 +48,7 @@ class Rests:
         position: (R, 3) centre of its volume.
         cov: (R, 3, 3) of the centre.
         extent: (R,) mean horizontal size of the instance.
+        height: (R,) vertical size of the instance.
         since_s: (R,) when it came to rest.
         left_s: (R,) when it was carried away; inf if it never was.
         next_rest: (R,) row of where it rests after that, or -1.
@@ -57,6 +58,7 @@ class Rests:
     position: FloatArray
     cov: FloatArray
     extent: FloatArray
+    height: FloatArray
     since_s: FloatArray
     left_s: FloatArray
     next_rest: IntArray
@@ -137,6 +139,7 @@ class Parameters:
         gaze_offset_rad: (2,) offset that is still in the gaze, to the right and up.
         noise_scale: factor on the measurement's standard deviations.
         motion_shift_s: (3,) end of the action minus the event that vision saw, for each kind.
+        popular_share: share of idle looks that rest on things.
     """
 
     theta: FloatArray
@@ -147,6 +150,7 @@ class Parameters:
     gaze_offset_rad: FloatArray
     noise_scale: float
     motion_shift_s: FloatArray
+    popular_share: float
 
 
 def session_of(demonstration: Demonstration, config: GlideConfig) -> Session:
@@ -188,6 +192,7 @@ def initial_parameters(session: Session, config: GlideConfig) -> Parameters:
         gaze_offset_rad=np.zeros(2),
         noise_scale=1.0,
         motion_shift_s=np.zeros(3),
+        popular_share=config.popular_share,
     )
 
 
@@ -214,6 +219,7 @@ def _rests_of(objects: Sequence[ObjectInstance], *, zero_ns: int) -> Rests:
         position=np.array([p.position_world for p in places], dtype=np.float64).reshape(-1, 3),
         cov=np.array([p.cov_world for p in places], dtype=np.float64).reshape(-1, 3, 3),
         extent=np.array([np.mean(s[:2]) for s in sizes], dtype=np.float64),
+        height=np.array([s[2] for s in sizes], dtype=np.float64),
         since_s=np.array(since, dtype=np.float64),
         left_s=np.array(left, dtype=np.float64),
         next_rest=np.array(next_rest, dtype=np.int64),

@@ -221,12 +221,12 @@ class Reader:
 
     def _unseen(self, a: int) -> Spot | None:
         """Summarise the grid's belief about its mode; the share outside it counts as doubt."""
-        belief = self.beliefs.grid_position[a]
+        belief = self.beliefs.unseen_position[a]
         total = float(belief.sum())
         if total < 1e-9:
             return None
         unit = self.config.scene_unit_m
-        nodes = self.model.grid.nodes
+        nodes = self.model.unseen.nodes(a)
         near = np.linalg.norm(nodes - nodes[belief.argmax()], axis=1) < _MODE_RADIUS_M * unit
         w = belief[near] / belief[near].sum()
         mean = w @ nodes[near]

@@ -46,6 +46,11 @@ class Sights:
         """The number of looks."""
         return len(self.start_s)
 
+    @property
+    def mid_s(self) -> FloatArray:
+        """The middles of the looks (T,), seconds from the first."""
+        return 0.5 * (self.start_s + self.end_s)
+
 
 def sights_of(fixations: Sequence[FixationObservation], *, unit_m: float = 1.0) -> Sights:
     """Bring fixations, in time order, into arrays.
