@@ -2,15 +2,44 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final, Protocol
+from typing import Final
 
-from grounding.language.phrases import Phrase, phrases
-from grounding.types import Action, Instruction
+from delphin.eds import EDS
 
-_PRONOUNS: Final = frozenset({"it", "this", "that", "them"})
+from grounding.language.backends.base import Backend
+from grounding.language.backends.embedded import Embedded
+from grounding.language.discourse import Discourse
+from grounding.language.drafts import Reason, Refusal, refusal
+from grounding.language.sentences import sentences_of
+from grounding.language.traverse import traverse
+from grounding.language.verbs import VerbTable, default_verbs
+from grounding.types import Instruction
+
+MAX_CHARACTERS: Final = 1200
+_ASKING: Final = frozenset(
+    {"which", "what", "who", "whose", "where", "when", "why", "how", "is", "are", "was", "were",
+     "do", "does", "did", "has", "have", "am"}
+)  # fmt: skip
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SentenceParse:
+    """One sentence of a text.
+
+    Attributes:
+        sentence: its words.
+        error: why it gives no instruction, or None.
+        readings: its EDS, the one that was used first, the rest in the backend's order.
+        instructions: what it says to do.
+    """
+
+    sentence: str
+    error: str | None
+    readings: tuple[EDS, ...]
+    instructions: tuple[Instruction, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ParseResult:
     """What one text was understood as.
 
@@ -19,74 +48,77 @@ class ParseResult:
         backend: name of the backend that parsed it.
         error: why there is no instruction, or None.
         instructions: in the order spoken; empty with an error.
+        parses: its sentences, each with its own error.
     """
 
     sentence: str
     backend: str
     error: str | None
     instructions: tuple[Instruction, ...]
-
-
-class Backend(Protocol):
-    """Turns a sentence into its readings."""
-
-    @property
-    def name(self) -> str:
-        """What a parse says it came from."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Embedded:
-    """Our own grammar."""
-
-    name: str = "embedded"
+    parses: tuple[SentenceParse, ...] = ()
 
 
 class Parser:
     """Parses texts of a discourse into abstract instructions."""
 
-    def __init__(self, backend: Backend) -> None:
+    def __init__(self, backend: Backend, *, verbs: VerbTable | None = None) -> None:
         self._backend = backend
+        self._verbs = verbs or default_verbs()
 
     def parse(self, text: str) -> ParseResult:
         """Return what a text that stands alone says to do."""
         return self.parse_discourse([text])[0]
 
     def parse_discourse(self, texts: Sequence[str]) -> list[ParseResult]:
-        """Return one result for each text; pronouns may refer to earlier texts."""
-        said: list[Instruction] = []
-        return [self._parse(text, said=said) for text in texts]
+        """Return one result for each text; pronouns may refer to earlier texts.
 
-    def _parse(self, text: str, *, said: list[Instruction]) -> ParseResult:
-        start = len(said)
-        for phrase in phrases(text):
-            found = _resolved(phrase, said=said)
-            if found is None:
-                del said[start:]
-                break
-            said.append(found)
-        instructions = tuple(said[start:])
-        error = None if instructions else "no instruction was understood"
+        `resolved_from` counts the instructions of the whole discourse.
+        """
+        discourse = Discourse()
+        return [self._text(text, discourse=discourse) for text in texts]
+
+    def _text(self, text: str, *, discourse: Discourse) -> ParseResult:
+        sentences = sentences_of(text)
+        parses = tuple(self._sentence(each, discourse=discourse) for each in sentences)
+        instructions = tuple(found for each in parses for found in each.instructions)
+        errors = [each.error for each in parses if each.error is not None]
+        error = None if instructions else (errors[0] if errors else Reason.EMPTY.value)
         return ParseResult(
-            sentence=text, backend=self._backend.name, error=error, instructions=instructions
-        )
+            sentence=text, backend=self._backend.name, error=error, instructions=instructions,
+            parses=parses,
+        )  # fmt: skip
+
+    def _sentence(self, sentence: str, *, discourse: Discourse) -> SentenceParse:
+        if len(sentence) > MAX_CHARACTERS:
+            return _failed(sentence, why=refusal(Reason.TOO_LONG), readings=())
+        readings = self._backend.readings(sentence)
+        first: Refusal | None = None
+        for i, eds in enumerate(readings):
+            found = traverse(eds, sentence=sentence, verbs=self._verbs)
+            result = found if isinstance(found, Refusal) else discourse.understand(found)
+            if not isinstance(result, Refusal):
+                ordered = (eds, *readings[:i], *readings[i + 1 :])
+                return SentenceParse(
+                    sentence=sentence, error=None, readings=ordered, instructions=tuple(result)
+                )
+            first = first or result
+            if result.is_final:
+                break
+        why = first or _why_none(sentence)
+        return _failed(sentence, why=why, readings=tuple(readings))
 
 
 def default_parser() -> Parser:
     """Return the parser with the best backend that is installed."""
-    return Parser(Embedded())
+    return Parser(Embedded(default_verbs()))
 
 
-def _resolved(phrase: Phrase, *, said: list[Instruction]) -> Instruction | None:
-    target, location, source = phrase.target, phrase.location, None
-    if target and target[0] in _PRONOUNS:
-        if not said:
-            return None
-        source = len(said) - 1 if said[-1].resolved_from is None else said[-1].resolved_from
-        target = said[-1].target
-    if not target:
-        return None
-    symbol = "-".join(location) or "-".join(target) + "-location"
-    return Instruction(
-        action=Action(phrase.action), target=target, location=symbol, resolved_from=source
-    )
+def _failed(sentence: str, *, why: Refusal, readings: tuple[EDS, ...]) -> SentenceParse:
+    return SentenceParse(sentence=sentence, error=why.message, readings=readings, instructions=())
+
+
+def _why_none(sentence: str) -> Refusal:
+    """Return why a sentence without any reading commands nothing, as far as its words tell."""
+    first = sentence.lower().split()[:1]
+    asks = sentence.rstrip().endswith("?") or (bool(first) and first[0] in _ASKING)
+    return refusal(Reason.QUESTION if asks else Reason.NOT_UNDERSTOOD)

@@ -1,0 +1,1 @@
+"""Backends: each turns a sentence into its EDS readings, the best first."""

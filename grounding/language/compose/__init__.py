@@ -1,0 +1,1 @@
+"""From the syntax tree to an EDS in the vocabulary of the English Resource Grammar."""

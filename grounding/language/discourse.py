@@ -1,0 +1,211 @@
+"""Pronouns over the sentences of a discourse: what "it", "them" and "the red one" stand for."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Final
+
+from grounding.language.drafts import (
+    Draft,
+    Mention,
+    Phrase,
+    Reason,
+    Reference,
+    Refusal,
+    refusal,
+)
+from grounding.language.lexicon import lexicon
+from grounding.types import Action, Instruction
+
+_OPENING: Final = (Action.OPEN, Action.CLOSE)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Referent:
+    """Something that was named.
+
+    Attributes:
+        mention: how, in full.
+        instruction: index of the instruction whose target it is; None for a landmark.
+        draft: number of the command it was named in.
+    """
+
+    mention: Mention
+    instruction: int | None
+    draft: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Resolved:
+    mention: Mention
+    source: int | None
+
+
+@dataclass(slots=True, kw_only=True)
+class Discourse:
+    """What was named so far, in order.
+
+    Attributes:
+        referents: everything named.
+        instructions: how many instructions there were.
+        drafts: how many commands there were.
+    """
+
+    referents: list[Referent] = field(default_factory=list)
+    instructions: int = 0
+    drafts: int = 0
+
+    def understand(self, drafts: Sequence[Draft]) -> list[Instruction] | Refusal:
+        """Return the instructions of a sentence; a refusal leaves the discourse as it was."""
+        before = (len(self.referents), self.instructions, self.drafts)
+        found: list[Instruction] = []
+        for draft in drafts:
+            result = self._one(draft)
+            if isinstance(result, Refusal):
+                del self.referents[before[0] :]
+                self.instructions, self.drafts = before[1], before[2]
+                return result
+            found.extend(result)
+        return found
+
+    def _one(self, draft: Draft) -> list[Instruction] | Refusal:
+        targets: list[_Resolved] = []
+        for one in draft.targets:
+            resolved = self._target(one, action=draft.action)
+            if not resolved:
+                return _unresolved(one)
+            targets.extend(resolved)
+        own = [each.mention for each in targets]
+        location = self._symbol(draft.location, own=own)
+        relation = self._symbol(draft.relation, own=own)
+        for symbol in (location, relation):
+            if isinstance(symbol, Refusal):
+                return symbol
+        return self._told(draft, targets=targets, location=str(location), relation=str(relation))
+
+    def _told(
+        self, draft: Draft, *, targets: Sequence[_Resolved], location: str, relation: str
+    ) -> list[Instruction]:
+        instructions = []
+        for each in targets:
+            words = each.mention.words
+            unknown = dict.fromkeys((*each.mention.unknown, *_unknown(draft)))
+            instructions.append(
+                Instruction(
+                    action=draft.action,
+                    target=words,
+                    location=location or "-".join(words) + "-location",
+                    target_relation=relation or None,
+                    resolved_from=each.source,
+                    unknown=tuple(unknown),
+                )
+            )
+        self._remember(draft, targets=targets)
+        return instructions
+
+    def _remember(self, draft: Draft, *, targets: Sequence[_Resolved]) -> None:
+        for phrase in (*draft.relation, *draft.location):
+            for part in phrase.parts:
+                if isinstance(part, Mention) and part.reference is Reference.NAMED and part.words:
+                    self.referents.append(
+                        Referent(mention=part, instruction=None, draft=self.drafts)
+                    )
+        for each in targets:
+            self.referents.append(
+                Referent(mention=each.mention, instruction=self.instructions, draft=self.drafts)
+            )
+            self.instructions += 1
+        self.drafts += 1
+
+    def _target(self, one: Mention, *, action: Action) -> list[_Resolved]:
+        """Return what a target stands for; nothing if nothing earlier fits."""
+        if one.reference is Reference.NAMED:
+            return [_Resolved(mention=one, source=None)]
+        if one.reference is Reference.NOUN_MISSING:
+            return self._with_noun(one, own=())
+        return self._pronoun(one, own=(), opening=action in _OPENING)
+
+    def _pronoun(
+        self, one: Mention, *, own: Sequence[Mention], opening: bool = False
+    ) -> list[_Resolved]:
+        if one.plural:
+            return self._several(own=own)
+        words = [mention.words for mention in own]
+        earlier = reversed(self.referents)
+        fitting = [
+            each for each in earlier if not each.mention.plural and each.mention.words not in words
+        ]
+        if opening:
+            openable = [e for e in fitting if e.mention.words[-1] in lexicon().openable]
+            if openable:
+                return [_resolved(openable[0])]
+        return [_resolved(each) for each in fitting if each.instruction is not None][:1]
+
+    def _several(self, *, own: Sequence[Mention]) -> list[_Resolved]:
+        """Return the latest plural target, or those named together, or all that were named."""
+        words = [mention.words for mention in own]
+        targets = [
+            each for each in self.referents
+            if each.instruction is not None and each.mention.words not in words
+        ]  # fmt: skip
+        for last in reversed(targets):
+            together = [each for each in targets if each.draft == last.draft]
+            if last.mention.plural or len(together) > 1:
+                return [_resolved(each) for each in together]
+        distinct = {each.mention.words: each for each in targets}
+        return [_resolved(each) for each in distinct.values()] if len(distinct) > 1 else []
+
+    def _with_noun(self, one: Mention, *, own: Sequence[Mention]) -> list[_Resolved]:
+        """Return "the red one" with the noun of what was named last."""
+        known = [
+            *[Referent(mention=mention, instruction=None, draft=self.drafts) for mention in own],
+            *reversed(self.referents),
+        ]
+        lender = next((each for each in known if each.mention.words), None)
+        if lender is None:
+            return []
+        noun = lender.mention.words[lender.mention.noun_at :] or lender.mention.words[-1:]
+        words = (*one.words, *noun)
+        mention = replace(one, words=words, noun_at=len(one.words), reference=Reference.NAMED)
+        return [_Resolved(mention=mention, source=lender.instruction)]
+
+    def _symbol(self, phrases: Sequence[Phrase], *, own: Sequence[Mention]) -> str | Refusal:
+        """Return the symbol of phrases, "" for none."""
+        words: list[str] = []
+        for phrase in phrases:
+            for part in phrase.parts:
+                if isinstance(part, str):
+                    words.append(part)
+                    continue
+                found = self._landmark(part, own=own)
+                if not found:
+                    return _unresolved(part)
+                words.append("-and-".join("-".join(each.mention.words) for each in found))
+        return "-".join(word for word in words if word)
+
+    def _landmark(self, one: Mention, *, own: Sequence[Mention]) -> list[_Resolved]:
+        if one.reference is Reference.NAMED:
+            return [_Resolved(mention=one, source=None)]
+        if one.reference is Reference.NOUN_MISSING:
+            return self._with_noun(one, own=own)
+        return self._pronoun(one, own=own)
+
+
+def _resolved(referent: Referent) -> _Resolved:
+    return _Resolved(mention=referent.mention, source=referent.instruction)
+
+
+def _unresolved(one: Mention) -> Refusal:
+    text = one.text or "it"
+    return refusal(
+        Reason.NO_ANTECEDENT, message=f'"{text}": there is nothing earlier that it can stand for'
+    )
+
+
+def _unknown(draft: Draft) -> list[str]:
+    return [
+        word
+        for phrase in (*draft.location, *draft.relation)
+        for part in phrase.parts
+        if isinstance(part, Mention)
+        for word in part.unknown
+    ]

@@ -1,0 +1,189 @@
+"""Sentences: commands, statements and questions, with what is said around them."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Final
+
+from grounding.language.grammar.adverbs import adverbs_at
+from grounding.language.grammar.chart import Chart, Found, Rule
+from grounding.language.grammar.descriptions import described
+from grounding.language.grammar.predicates import connectors
+from grounding.language.grammar.rules import (
+    base_predicate,
+    finite_predicate,
+    gerund_predicate,
+    nominal,
+    prep_phrase,
+    simple_noun,
+)
+from grounding.language.grammar.tree import (
+    Adverb,
+    Clause,
+    ClausePair,
+    Control,
+    Fragment,
+    Kind,
+    Mood,
+    Nominal,
+    Predicate,
+    PredicatePair,
+    PrepPhrase,
+    Sentence,
+    VerbPhrase,
+)
+from grounding.language.grammar.verbs import tail_of_others
+from grounding.language.morphology import Form
+from grounding.language.verbs import VerbTable
+from grounding.language.words import Token
+
+_SPEAKERS: Final = frozenset({"i", "you", "we"})
+
+Reading = tuple[Mood, Nominal | None, Predicate, int]
+
+_clause = Rule[Sentence]("one clause")
+_clauses = Rule[Sentence]("clauses in a row")
+
+
+def readings(tokens: list[Token], *, verbs: VerbTable) -> list[Sentence]:
+    """Return the readings of a whole sentence, the preferred first."""
+    chart = Chart(tokens=tokens, verbs=verbs)
+    return [sentence for sentence, end in _clauses(chart, 0) if _closed(chart, end) == len(tokens)]
+
+
+def _closed(chart: Chart, i: int) -> int:
+    """Skip what may close a sentence: pauses, polite words, a name that is called."""
+    while chart.at(i).is_a("pause"):
+        i += 1
+    _, j = adverbs_at(chart, i)
+    if j == i and chart.at(i - 1).is_a("pause") and i + 1 == len(chart.tokens) > 2:
+        j = i + (bool(chart.at(i).noun) or not chart.at(i).known)
+    return _closed(chart, j) if j > i else i
+
+
+@_clauses.define
+def _all_clauses(chart: Chart, i: int) -> Found[Sentence]:
+    for left, j in _clause(chart, i):
+        for word, k in connectors(chart, j):
+            for right, end in _clauses(chart, k):
+                yield ClausePair(conjunction=word, left=left, right=right), end
+        yield left, j
+
+
+@_clause.define
+def _one_clause(chart: Chart, i: int) -> Found[Sentence]:
+    adverbs, j = _opening(chart, i)
+    yield from _commanding(chart, j, adverbs=adverbs)
+    for called in _called(chart, j):
+        more, k = _opening(chart, called)
+        yield from _commanding(chart, k, adverbs=(*adverbs, *more))
+    yield from described(chart, j)
+    for noun, end in nominal(chart, j):
+        yield Fragment(nominal=noun), end
+
+
+def _opening(chart: Chart, i: int) -> tuple[tuple[Adverb, ...], int]:
+    """Skip the markers, conjunctions and pauses that a clause opens with."""
+    found: list[Adverb] = []
+    while True:
+        adverbs, j = adverbs_at(chart, i)
+        found.extend(adverbs)
+        opens = chart.at(j).is_a("pause") or (j == 0 and chart.at(j).text in ("and", "but"))
+        if not opens and j == i:
+            return tuple(found), j
+        i = j + opens
+
+
+def _called(chart: Chart, i: int) -> Iterator[int]:
+    """Yield where a clause goes on behind the name of whom it is said to: "robot, take it"."""
+    for k in (i + 1, i + 2, i + 3):
+        names = [chart.at(n) for n in range(i, k)]
+        if all(token.noun or not token.known or token.is_a("determiners") for token in names) and (
+            chart.at(k).is_a("pause")
+        ):
+            yield k + 1
+
+
+def _commanding(chart: Chart, i: int, *, adverbs: tuple[Adverb, ...]) -> Found[Sentence]:
+    """Yield the clauses that may command something, with phrases put to the front."""
+    for mood, subject, predicate, end in _moods(chart, i):
+        yield Clause(mood=mood, predicate=predicate, subject=subject, adverbs=adverbs), end
+    for fronted, j in _fronted(chart, i):
+        for mood, subject, predicate, end in _moods(chart, j):
+            moved = _with_fronted(predicate, fronted=fronted)
+            yield Clause(mood=mood, predicate=moved, subject=subject, adverbs=adverbs), end
+
+
+def _moods(chart: Chart, i: int) -> Iterator[Reading]:
+    yield from _led(chart, i)
+    for predicate, end in base_predicate(chart, i):
+        yield Mood.COMMAND, None, predicate, end
+    if chart.at(i).text in _SPEAKERS:
+        for subject, j in simple_noun(chart, i):
+            for predicate, end in finite_predicate(chart, j):
+                yield Mood.STATEMENT, subject, predicate, end
+    yield from _asked(chart, i)
+    for predicate, end in gerund_predicate(chart, i):
+        yield Mood.STATEMENT, None, predicate, end
+    yield from _should_be(chart, i)
+
+
+def _led(chart: Chart, i: int) -> Iterator[Reading]:
+    """Yield commands behind a fixed opening: "do you think you could", "how about"."""
+    end = chart.after_phrase(i, name="leads_base")
+    if end > i:
+        for predicate, after in base_predicate(chart, end):
+            yield Mood.COMMAND, None, predicate, after
+    end = chart.after_phrase(i, name="leads_gerund")
+    if end > i:
+        for predicate, after in gerund_predicate(chart, end):
+            yield Mood.COMMAND, None, predicate, after
+
+
+def _asked(chart: Chart, i: int) -> Iterator[Reading]:
+    """Yield "could you take the cube": a modal, its subject, the rest."""
+    if chart.at(i).text not in chart.words.control["modal"]:
+        return
+    for subject, j in simple_noun(chart, i + 1):
+        if subject.kind is not Kind.PRONOUN:
+            continue
+        for body, end in base_predicate(chart, j):
+            control = Control(verb=chart.word(i), modal=True, person=None, body=body)
+            yield Mood.QUESTION, subject, control, end
+
+
+def _should_be(chart: Chart, i: int) -> Iterator[Reading]:
+    """Yield "the cube should be put on the tray"."""
+    for subject, j in simple_noun(chart, i):
+        modal = chart.at(j)
+        if modal.text not in ("should", "must", "shall"):
+            continue
+        token = chart.at(j + 2)
+        lemma = token.verb(Form.PARTICIPLE)
+        if chart.at(j + 1).text != "be" or not lemma:
+            continue
+        for tail, end in tail_of_others(chart, j + 3):
+            phrase = VerbPhrase(
+                verb=chart.word(j + 2, lemma=lemma), form=Form.PARTICIPLE, object=subject,
+                end=chart.at(end - 1).end, particle=tail.particle, phrases=tail.phrases,
+                adverbs=tail.adverbs, passive=True,
+            )  # fmt: skip
+            control = Control(verb=chart.word(j), modal=True, person=None, body=phrase)
+            yield Mood.COMMAND, None, control, end
+
+
+def _fronted(chart: Chart, i: int) -> Found[tuple[PrepPhrase, ...]]:
+    for phrase, j in prep_phrase(chart, i):
+        for more, end in _fronted(chart, j):
+            yield (phrase, *more), end
+        after = j + chart.at(j).is_a("pause")
+        _, end = adverbs_at(chart, after)
+        yield (phrase,), end
+
+
+def _with_fronted(predicate: Predicate, *, fronted: tuple[PrepPhrase, ...]) -> Predicate:
+    """Return a predicate whose first verb also holds the phrases before it."""
+    if isinstance(predicate, VerbPhrase):
+        return replace(predicate, fronted=fronted)
+    if isinstance(predicate, PredicatePair):
+        return replace(predicate, left=_with_fronted(predicate.left, fronted=fronted))
+    return replace(predicate, body=_with_fronted(predicate.body, fronted=fronted))

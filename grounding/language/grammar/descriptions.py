@@ -1,0 +1,82 @@
+"""Clauses that say or ask what is the case: no command, but understood as such."""
+
+from typing import Final
+
+from grounding.language.grammar.chart import Chart, Found
+from grounding.language.grammar.rules import (
+    adjective_phrase,
+    nominal,
+    prep_phrase,
+    simple_noun,
+)
+from grounding.language.grammar.tree import (
+    Adjective,
+    AdjectivePair,
+    Clause,
+    Description,
+    Kind,
+    Mood,
+    Nominal,
+    NounPhrase,
+    PrepPhrase,
+    Sentence,
+)
+from grounding.language.grammar.verbs import verb_phrases
+from grounding.language.morphology import Form
+
+_BE: Final = frozenset({"is", "are", "was", "were", "am", "'s", "be"})
+_DOING: Final = frozenset({"do", "does", "did"})
+
+Said = Adjective | AdjectivePair | PrepPhrase | Nominal
+
+
+def described(chart: Chart, i: int) -> Found[Sentence]:
+    """Yield statements of fact and questions about facts."""
+    if chart.at(i).text in _BE:
+        for subject, j in nominal(chart, i + 1):
+            yield from _copular(chart, subject, i=j, verb=i, mood=Mood.QUESTION)
+    elif chart.at(i).text in _DOING:
+        for subject, j in simple_noun(chart, i + 1):
+            yield from _acting(chart, subject, i=j, mood=Mood.QUESTION)
+    if chart.at(i).text == "there" and chart.at(i + 1).text in _BE:
+        for subject, j in nominal(chart, i + 2):
+            yield from _copular(chart, subject, i=j, verb=i + 1, mood=Mood.STATEMENT)
+    yield from _stated(chart, i)
+
+
+def _stated(chart: Chart, i: int) -> Found[Sentence]:
+    for subject, j in nominal(chart, i):
+        places = [((), j)] + [((phrase,), k) for phrase, k in prep_phrase(chart, j)]
+        for _, k in places:
+            if chart.at(k).text in _BE:
+                start = k + 1 + (chart.at(k + 1).text == "not")
+                yield from _copular(chart, subject, i=start, verb=k, mood=Mood.STATEMENT)
+            elif (
+                not isinstance(subject, NounPhrase)
+                or subject.kind is not Kind.PRONOUN
+                or (subject.head.lemma not in ("i", "you", "we"))
+            ):
+                yield from _acting(chart, subject, i=k, mood=Mood.STATEMENT)
+
+
+def _copular(
+    chart: Chart, subject: Nominal, *, i: int, verb: int, mood: Mood
+) -> Found[Description]:
+    for said, end in _said(chart, i):
+        yield Description(mood=mood, subject=subject, said=said, verb=chart.word(verb)), end
+
+
+def _said(chart: Chart, i: int) -> Found[Said | None]:
+    yield from adjective_phrase(chart, i)
+    yield from prep_phrase(chart, i)
+    yield from nominal(chart, i)
+    yield None, i
+
+
+def _acting(chart: Chart, subject: Nominal, *, i: int, mood: Mood) -> Found[Clause]:
+    """Yield what somebody else does: "the robot takes the cube"."""
+    for form in (Form.PRESENT, Form.PAST, Form.BASE):
+        if not chart.at(i).verb(form):
+            continue
+        for predicate, end in verb_phrases(chart, i, form=form):
+            yield Clause(mood=mood, predicate=predicate, subject=subject), end

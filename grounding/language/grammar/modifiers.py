@@ -1,0 +1,144 @@
+"""What describes a noun: words before it, adjectives and relative clauses behind it."""
+
+from collections.abc import Iterator, Sequence
+from typing import Final
+
+from grounding.language.grammar.chart import Chart
+from grounding.language.grammar.tree import (
+    Adjective,
+    AdjectivePair,
+    Modifier,
+    NounModifier,
+    Number,
+    Word,
+)
+from grounding.language.morphology import Degree, Form
+from grounding.language.words import Token
+
+_GRADES: Final = {
+    "more": Degree.COMPARATIVE, "less": Degree.COMPARATIVE,
+    "most": Degree.SUPERLATIVE, "least": Degree.SUPERLATIVE,
+}  # fmt: skip
+_INTENSIFIERS: Final = frozenset({"very", "really", "quite", "rather", "extremely", "fairly", "so"})
+
+
+def nominal_run(chart: Chart, i: int, *, opened: bool) -> list[int]:
+    """Return the positions of the words that may form one noun phrase from `i` on.
+
+    Pauses and conjunctions between two adjectives and degree words are skipped over, not listed.
+
+    Args:
+        chart: the sentence.
+        i: where to start.
+        opened: whether a determiner stands before it.
+    """
+    run: list[int] = []
+    j = i
+    while True:
+        token = chart.at(j)
+        if is_nominal(chart, j, opened=opened or bool(run)):
+            run.append(j)
+        elif not (_links_adjectives(chart, j, run=run) or _grades(chart, j)):
+            return run
+        j += 1
+        if not token.text:
+            return run
+
+
+def is_nominal(chart: Chart, i: int, *, opened: bool) -> bool:
+    """Whether a word may be part of a noun phrase."""
+    token = chart.at(i)
+    if not token.text or token.is_a("junk") or token.is_a("pause"):
+        return False
+    if token.noun or token.adjective or token.is_a("ordinals") or token.is_a("cardinals"):
+        return True
+    if not token.known or token.text in ("one", "ones"):
+        return not token.text.endswith("ly") or len(token.text) < 5
+    if not opened or token.closed:
+        return token.text == "a" and token.capital and bool(chart.at(i - 1).noun)
+    return _is_verbal(chart, i)
+
+
+def _is_verbal(chart: Chart, i: int) -> bool:
+    """Whether a verb may stand in a noun phrase: "the lift", "the cutting board"."""
+    token, before = chart.at(i), chart.at(i - 1)
+    if token.verb(Form.GERUND) or token.verb(Form.PARTICIPLE):
+        following = chart.at(i + 1)
+        return bool(following.noun or not following.known) and not before.noun
+    lead = before.is_a("determiners") or (before.adjective and not before.noun)
+    return bool(lead and token.verb(Form.BASE))
+
+
+def is_adjective(token: Token) -> bool:
+    """Whether a word may be an adjective; an unknown word may."""
+    return bool(token.adjective) or (not token.known and not token.text.endswith("ly"))
+
+
+def _links_adjectives(chart: Chart, j: int, *, run: Sequence[int]) -> bool:
+    token = chart.at(j)
+    if not run or run[-1] != j - 1 or token.text not in (",", "and", "or"):
+        return token.text == "and" and chart.at(j - 1).text == "," and bool(run)
+    following = j + 1 + (chart.at(j + 1).text == "and")
+    if not (chart.at(j - 1).adjective and chart.at(following).adjective):
+        return False
+    after = chart.at(following + 1)
+    return bool(after.noun or after.adjective or after.text in ("one", "ones", ",", "and")
+                or (after.text and not after.known))  # fmt: skip
+
+
+def _grades(chart: Chart, j: int) -> bool:
+    """Whether a degree word stands before an adjective: "most", "very", "slightly"."""
+    token = chart.at(j)
+    if not is_adjective(chart.at(j + 1)):
+        return False
+    return token.text in _GRADES or token.text in _INTENSIFIERS or _is_manner(token)
+
+
+def _is_manner(token: Token) -> bool:
+    return token.text.endswith("ly") and (not token.known or token.is_a("adverbs"))
+
+
+def modifiers_of(chart: Chart, run: Sequence[int]) -> tuple[Modifier, ...]:
+    """Return the words of a run as modifiers, adjectives with a conjunction between them paired."""
+    found: list[Modifier] = []
+    for k in run:
+        modifier = _modifier(chart, k)
+        if found and chart.at(k - 1).text in ("and", "or") and k - 1 not in run:
+            pair = AdjectivePair(conjunction=chart.word(k - 1), left=found.pop(), right=modifier)
+            found.append(pair)
+        else:
+            found.append(modifier)
+    return tuple(found)
+
+
+def _modifier(chart: Chart, k: int) -> Modifier:
+    token = chart.at(k)
+    if token.is_a("ordinals"):
+        return Number(word=chart.word(k), value=token.text, ordinal=True)
+    if token.is_a("cardinals"):
+        return Number(word=chart.word(k), value=token.text, ordinal=False)
+    if token.noun and not token.adjective:
+        return NounModifier(word=chart.word(k, lemma=token.noun))
+    return adjective_at(chart, k)
+
+
+def adjective_at(chart: Chart, k: int) -> Adjective:
+    """Return the adjective at a position with the degree word before it."""
+    token, before = chart.at(k), chart.at(k - 1)
+    degree = _GRADES.get(before.text, token.degree)
+    intensifier: Word | None = None
+    if before.text in _INTENSIFIERS or (k and _is_manner(before)):
+        intensifier = chart.word(k - 1)
+    lemma = token.adjective or token.text
+    word = chart.word(k, lemma=lemma, known=token.known)
+    return Adjective(word=word, degree=degree, intensifier=intensifier)
+
+
+def adjectives(found: Adjective | AdjectivePair) -> Iterator[Adjective]:
+    """Yield each adjective of a possibly paired one."""
+    if isinstance(found, Adjective):
+        yield found
+        return
+    for side in (found.left, found.right):
+        if isinstance(side, (Adjective, AdjectivePair)):
+            yield from adjectives(side)

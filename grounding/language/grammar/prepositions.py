@@ -1,0 +1,120 @@
+"""Prepositional phrases and adverbs of place."""
+
+from collections.abc import Iterator
+from typing import Final
+
+from grounding.language.grammar.chart import Chart, Found, Rule
+from grounding.language.grammar.rules import (
+    nominal,
+    prep_phrase,
+    simple_noun,
+    single_prep_phrase,
+)
+from grounding.language.grammar.tree import Nominal, NounPair, NounPhrase, PrepPhrase, Word
+from grounding.language.morphology import Form
+
+_NO_PHRASE: Final = frozenset({"of", "than"})
+_TAKES_PHRASE: Final = frozenset({"from", "in", "over", "up", "down", "to", "out+from"})
+
+
+@prep_phrase.define
+def _prep_phrase(chart: Chart, i: int) -> Found[PrepPhrase]:
+    yield from _phrase(chart, i, landmark=nominal)
+
+
+@single_prep_phrase.define
+def _single_prep_phrase(chart: Chart, i: int) -> Found[PrepPhrase]:
+    yield from _phrase(chart, i, landmark=simple_noun)
+
+
+def _phrase(
+    chart: Chart, i: int, *, landmark: Rule[Nominal] | Rule[NounPhrase]
+) -> Found[PrepPhrase]:
+    i += chart.at(i).text == "but" and _opens(chart, i + 1)
+    negation = chart.word(i) if chart.at(i).text == "not" else None
+    j = _sharpened(chart, i + (negation is not None))
+    for word, end in _prepositions(chart, j):
+        for phrase, after in _completed(chart, word, end=end, landmark=landmark):
+            yield _denied(phrase, by=negation), after
+    if chart.at(j).is_a("places") and chart.at(j + 1).text != "of":
+        yield PrepPhrase(word=chart.word(j), negation=negation), j + 1
+
+
+def _denied(phrase: PrepPhrase, *, by: Word | None) -> PrepPhrase:
+    if by is None:
+        return phrase
+    return PrepPhrase(word=phrase.word, landmark=phrase.landmark, inner=phrase.inner, negation=by)
+
+
+def _sharpened(chart: Chart, i: int) -> int:
+    """Skip "right", "directly" or "back" that only sharpen the preposition that follows."""
+    token = chart.at(i)
+    if token.is_a("sharpeners") and _opens(chart, i + 1):
+        return _sharpened(chart, i + 1)
+    kept = chart.after_phrase(i, name="kept") > i
+    if token.is_a("dropped") and not kept and _opens(chart, i + 1):
+        return i + 1
+    return i
+
+
+def _opens(chart: Chart, i: int) -> bool:
+    token = chart.at(i)
+    if token.is_a("sharpeners") and _opens(chart, i + 1):
+        return True
+    if chart.after_phrase(i, name="prepositions") > i:
+        return True
+    return (token.is_a("prepositions") or token.is_a("places")) and token.text not in _NO_PHRASE
+
+
+def _prepositions(chart: Chart, i: int) -> Iterator[tuple[Word, int]]:
+    end = chart.after_phrase(i, name="prepositions")
+    if end > i:
+        yield chart.joined(i, end), end
+    token = chart.at(i)
+    if token.is_a("prepositions") and token.text not in _NO_PHRASE:
+        yield chart.word(i), i + 1
+
+
+def _completed(
+    chart: Chart, word: Word, *, end: int, landmark: Rule[Nominal] | Rule[NounPhrase]
+) -> Found[PrepPhrase]:
+    if word.lemma.endswith("between"):
+        yield from _between(chart, word, end=end)
+    if word.lemma in _TAKES_PHRASE:
+        for inner, after in _inner(chart, end, word=word, landmark=landmark):
+            yield PrepPhrase(word=word, inner=inner), after
+    if word.lemma == "to" and _is_infinitive(chart, end):
+        return
+    for found, after in landmark(chart, end):
+        yield PrepPhrase(word=word, landmark=found), after
+
+
+def _is_infinitive(chart: Chart, i: int) -> bool:
+    token, following = chart.at(i), chart.at(i + 1)
+    opens = following.is_a("determiners") or following.text in ("it", "them")
+    return bool(token.verb(Form.BASE)) and opens
+
+
+def _between(chart: Chart, word: Word, *, end: int) -> Found[PrepPhrase]:
+    """Yield "between X and Y" with exactly two landmarks before anything else is tried."""
+    for left, j in simple_noun(chart, end):
+        if chart.at(j).text not in ("and", "&"):
+            continue
+        for right, after in simple_noun(chart, j + 1):
+            pair = NounPair(
+                conjunction=chart.word(j), left=left, right=right, start=left.start, end=right.end
+            )
+            yield PrepPhrase(word=word, landmark=pair), after
+
+
+def _inner(
+    chart: Chart, i: int, *, word: Word, landmark: Rule[Nominal] | Rule[NounPhrase]
+) -> Found[PrepPhrase]:
+    """Yield the phrase that a preposition takes: "from under the table", "over there"."""
+    token = chart.at(i)
+    if token.is_a("places") and not token.noun:
+        yield PrepPhrase(word=chart.word(i)), i + 1
+    if word.lemma in ("from", "out+from") and not token.noun:
+        for inner, end in _prepositions(chart, i):
+            for found, after in landmark(chart, end):
+                yield PrepPhrase(word=inner, landmark=found), after

@@ -1,0 +1,194 @@
+"""Verb phrases: verb, particle, recipient, object and what follows, by the verb's frame."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Final
+
+from grounding.language.grammar.adverbs import adverb_at, adverbs_at
+from grounding.language.grammar.chart import Chart, Found, Rule
+from grounding.language.grammar.nouns import opens_predicate, pronoun_person
+from grounding.language.grammar.rules import (
+    nominal,
+    prep_phrase,
+    simple_noun,
+    single_prep_phrase,
+)
+from grounding.language.grammar.tree import (
+    Adverb,
+    Kind,
+    Nominal,
+    NounPair,
+    NounPhrase,
+    Predicate,
+    PredicatePair,
+    PrepPhrase,
+    VerbPhrase,
+    Word,
+)
+from grounding.language.morphology import Form
+from grounding.language.verbs import Frame
+
+_LEFT_TO_CONTROL: Final = frozenset({"be", "have", "do"})
+_BEFORE_OBJECT: Final = frozenset(
+    {"up", "down", "away", "back", "out", "off", "over", "apart", "aside", "together", "around"}
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Tail:
+    """What follows the object of a verb, in order."""
+
+    phrases: tuple[PrepPhrase, ...] = ()
+    adverbs: tuple[Adverb, ...] = ()
+    particle: Word | None = None
+
+
+tail_of_taking = Rule[Tail]("tail of a verb of taking")
+tail_of_others = Rule[Tail]("tail of any other verb")
+
+
+def verb_phrases(chart: Chart, i: int, *, form: Form) -> Found[Predicate]:
+    """Yield the verb phrases whose verb stands at `i` in a form."""
+    token = chart.at(i)
+    lemmas = [lemma for lemma, kind in token.verbs if kind is form]
+    for lemma in lemmas:
+        if lemma not in _LEFT_TO_CONTROL:
+            yield from _framed(chart, chart.word(i, lemma=lemma), form=form, i=i + 1)
+    if not token.verbs and form is Form.BASE and _is_unknown_verb(chart, i):
+        verb = chart.word(i, known=False)
+        yield from _framed(chart, verb, form=form, i=i + 1)
+
+
+def _is_unknown_verb(chart: Chart, i: int) -> bool:
+    """Whether a word that is no known verb stands where only a verb can: "ponder the cube"."""
+    token, following = chart.at(i), chart.at(i + 1)
+    if token.closed or not token.text[:1].isalpha():
+        return False
+    j = i + 1 + (following.is_a("particles") or following.text in ("at", "for", "about", "with"))
+    return chart.at(j).is_a("determiners") or chart.at(j).text in ("it", "them", "me", "him", "us")
+
+
+def _framed(chart: Chart, verb: Word, *, form: Form, i: int) -> Found[Predicate]:
+    entry = chart.verbs.entry(verb.lemma)
+    taking = entry is not None and entry.frame is Frame.TAKE
+    before, j = adverbs_at(chart, i)
+    changing = frozenset() if entry is None else entry.not_with
+    for particle, start in _particles(chart, j, more=changing):
+        for recipient, taken, after in _objects(chart, start):
+            for tail, end in (tail_of_taking if taking else tail_of_others)(chart, after):
+                phrase = VerbPhrase(
+                    verb=verb, form=form, end=chart.at(end - 1).end, object=taken,
+                    particle=particle or tail.particle, joined=particle is not None,
+                    recipient=recipient, phrases=tail.phrases, adverbs=(*before, *tail.adverbs),
+                )  # fmt: skip
+                yield from _gapped(chart, phrase, i=end, taking=taking)
+                yield phrase, end
+
+
+def _particles(chart: Chart, i: int, *, more: frozenset[str]) -> Iterator[tuple[Word | None, int]]:
+    token, following = chart.at(i), chart.at(i + 1)
+    if (token.text in _BEFORE_OBJECT or token.text in more) and following.text != "of":
+        opens = following.is_a("determiners") or following.noun or following.adjective
+        unknown = bool(following.text) and not following.known
+        if opens or unknown or pronoun_person(chart, i + 1) or following.is_a("quantities"):
+            yield chart.word(i), i + 1
+    yield None, i
+
+
+def _objects(chart: Chart, i: int) -> Iterator[tuple[NounPhrase | None, Nominal | None, int]]:
+    """Yield (recipient, object, end); without an object both are None."""
+    for recipient, j in simple_noun(chart, i):
+        if _may_receive(chart, recipient):
+            for taken, end in nominal(chart, j):
+                if recipient.head.lemma in _BARE_OBJECT or _has_determiner(taken):
+                    yield recipient, taken, end
+    for taken, end in nominal(chart, i):
+        if not (end == i + 1 and chart.at(i).is_a("places")):
+            yield None, taken, end
+    yield None, None, i
+
+
+_BARE_OBJECT: Final = frozenset({"me", "us", "him", "them"})
+
+
+def _may_receive(chart: Chart, noun: NounPhrase) -> bool:
+    if noun.kind is Kind.PRONOUN:
+        return True
+    animate = noun.head.lemma in chart.words.animate or not noun.head.known
+    return noun.kind is Kind.NOUN and animate and not noun.after and noun.of is None
+
+
+def _has_determiner(taken: Nominal) -> bool:
+    if isinstance(taken, NounPair):
+        return _has_determiner(taken.left)
+    return taken.determiner is not None or taken.kind in (Kind.PRONOUN, Kind.DEMONSTRATIVE)
+
+
+def _gapped(chart: Chart, phrase: VerbPhrase, *, i: int, taking: bool) -> Found[Predicate]:
+    """Yield "put the cup on the tray and the fork on the plate": the verb is said once."""
+    if phrase.object is None or not phrase.phrases:
+        return
+    j = i + chart.at(i).is_a("pause")
+    if chart.at(j).text != "and" or opens_predicate(chart, j + 1):
+        return
+    for taken, k in nominal(chart, j + 1):
+        for tail, end in (tail_of_taking if taking else tail_of_others)(chart, k):
+            if not tail.phrases and not taking:
+                continue
+            second = VerbPhrase(
+                verb=phrase.verb, form=phrase.form, end=chart.at(end - 1).end, object=taken,
+                particle=phrase.particle, joined=phrase.joined, recipient=phrase.recipient,
+                phrases=tail.phrases, adverbs=tail.adverbs,
+            )  # fmt: skip
+            for right, after in (*_gapped(chart, second, i=end, taking=taking), (second, end)):
+                pair = PredicatePair(conjunction=chart.word(j), left=phrase, right=right)
+                yield pair, after
+
+
+@tail_of_taking.define
+def _tail_of_taking(chart: Chart, i: int) -> Found[Tail]:
+    yield from _tail(chart, i, rest=tail_of_taking, phrases=single_prep_phrase(chart, i))
+
+
+@tail_of_others.define
+def _tail_of_others(chart: Chart, i: int) -> Found[Tail]:
+    found = prep_phrase(chart, i)
+    paired = [each for each in found if _starves(chart, each)]
+    ordered = (*(each for each in found if each not in paired), *paired)
+    yield from _tail(chart, i, rest=tail_of_others, phrases=ordered)
+
+
+def _starves(chart: Chart, found: tuple[PrepPhrase, int]) -> bool:
+    """Whether a landmark with a conjunction takes what another phrase follows."""
+    phrase, end = found
+    if not isinstance(phrase.landmark, NounPair) or phrase.word.lemma.endswith("between"):
+        return False
+    return bool(prep_phrase(chart, end))
+
+
+def _tail(
+    chart: Chart, i: int, *, rest: Rule[Tail], phrases: tuple[tuple[PrepPhrase, int], ...]
+) -> Found[Tail]:
+    adverb, after = adverb_at(chart, i, closing=True)
+    several = adverb is not None and after > i + 1
+    for phrase, j in () if several else phrases:
+        for tail, end in rest(chart, j):
+            yield _grown(tail, phrase=phrase), end
+    if adverb is not None:
+        for tail, end in rest(chart, after):
+            yield _grown(tail, adverb=adverb), end
+    if chart.at(i).is_a("particles"):
+        for tail, end in rest(chart, i + 1):
+            yield _grown(tail, particle=chart.word(i)), end
+    yield Tail(), i
+
+
+def _grown(
+    tail: Tail, *, phrase: PrepPhrase | None = None, adverb: Adverb | None = None,
+    particle: Word | None = None,
+) -> Tail:  # fmt: skip
+    return Tail(
+        phrases=tail.phrases if phrase is None else (phrase, *tail.phrases),
+        adverbs=tail.adverbs if adverb is None else (adverb, *tail.adverbs),
+        particle=particle or tail.particle,
+    )

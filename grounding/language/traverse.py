@@ -1,0 +1,148 @@
+"""The traversal: from an EDS, whoever made it, to drafts of instructions.
+
+After the paper: nodes that are no verb, adjective, preposition or noun say nothing; the verb is
+the top or below it; the noun tied to it with its adjectives is the target; prepositions tied to
+either, in both directions, are followed for the location. Which phrase is the location is settled
+by the frame of the verb, not by where the parse happened to hang it.
+"""
+
+from dataclasses import dataclass
+from typing import Final
+
+from delphin.eds import EDS
+
+from grounding.language.commands import Command, commands
+from grounding.language.drafts import Draft, Mention, Phrase, Reason, Refusal, refusal
+from grounding.language.graph import Graph, Part
+from grounding.language.mentions import ChoiceLeft, mentions
+from grounding.language.phrases import Unit, units_of
+from grounding.language.repair import repaired
+from grounding.language.verbs import Frame, VerbTable
+
+_SOURCES: Final = frozenset({"from", "out-of", "off", "off-of", "out", "out-from"})
+_SHOWING: Final = frozenset({"at", "to", "toward", "towards"})
+
+
+def traverse(eds: EDS, *, sentence: str, verbs: VerbTable) -> list[Draft] | Refusal:
+    """Return what a reading commands, in order, or why it commands nothing.
+
+    A negated command or a statement beside a command is left out; anything else that cannot be
+    carried out refuses the whole sentence, for half a plan is a guess.
+    """
+    graph = Graph(repaired(eds, verbs=verbs), sentence=sentence)
+    found = commands(graph, verbs=verbs)
+    events = frozenset(each.event for each in found if isinstance(each, Command))
+    drafts: list[Draft] = []
+    silent: Refusal | None = None
+    for each in found:
+        result = each if isinstance(each, Refusal) else _draft(graph, each, events=events)
+        if isinstance(result, Draft):
+            drafts.append(result)
+        elif result.reason in (Reason.NEGATED, Reason.STATEMENT):
+            silent = silent or result
+        else:
+            return result
+    return drafts or silent or refusal(Reason.NOT_UNDERSTOOD)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Object:
+    """What a verb acts on, and nodes that were used to find it."""
+
+    node: str
+    used: frozenset[str]
+
+
+def _draft(graph: Graph, command: Command, *, events: frozenset[str]) -> Draft | Refusal:
+    target = _object(graph, command)
+    missing = refusal(
+        Reason.NO_OBJECT, verb=command.verb,
+        message=f'the verb "{command.verb}" has no object: say what to {command.verb}',
+    )  # fmt: skip
+    if target is None:
+        return missing
+    try:
+        return _complete(graph, command, target=target, events=events) or missing
+    except ChoiceLeft:
+        return refusal(Reason.CHOICE)
+
+
+def _complete(
+    graph: Graph, command: Command, *, target: "_Object", events: frozenset[str]
+) -> Draft | None:
+    targets = mentions(graph, target.node)
+    if any(one.words in (("me",), ("you",), ("us",)) for one in targets):
+        return None
+    units = units_of(
+        graph, [command.event, *_nouns(graph, target.node)], skipped=events | target.used
+    )
+    front = graph.start(command.event)
+    location, relation = _split(units, frame=command.entry.frame, front=front)
+    location += _recipient(graph, command, target=target.node)
+    return Draft(
+        action=command.entry.action, verb=command.verb, targets=tuple(targets),
+        location=tuple(location), relation=tuple(relation),
+    )  # fmt: skip
+
+
+def _object(graph: Graph, command: Command) -> _Object | None:
+    target = graph.argument(command.event, "ARG2")
+    shows = command.entry.frame is Frame.SHOW
+    pointing = [
+        each for each in graph.into(command.event)
+        if graph.predicate(each).lemma in _SHOWING and graph.argument(each, "ARG2") is not None
+    ]  # fmt: skip
+    used = frozenset(pointing) if shows else frozenset()
+    if target is None and shows and pointing:
+        target = graph.argument(pointing[0], "ARG2")
+    if target is None or graph.part(target) is Part.VERB or graph.part(target) is Part.PREPOSITION:
+        return None
+    return _Object(node=target, used=used)
+
+
+def _nouns(graph: Graph, x: str) -> list[str]:
+    """Return a noun node with its conjuncts and the whole it is part of."""
+    below = graph.arguments(x) if graph.part(x) is Part.CONJUNCTION else []
+    whole = graph.argument(x, "ARG1") if graph.label(x) == "part_of" else None
+    return [x, *(each for one in below for each in _nouns(graph, one)), *([whole] if whole else [])]
+
+
+def _split(units: list[Unit], *, frame: Frame, front: int) -> tuple[list[Phrase], list[Phrase]]:
+    """Return the phrases of the location and those that describe the target."""
+    fronted = [unit for unit in units if unit.start < front]
+    behind = [unit for unit in units if unit.start >= front]
+    outside = [unit for unit in behind if not unit.in_clause]
+    inside = [unit for unit in behind if unit.in_clause]
+    if frame is Frame.TAKE:
+        at = _first_source(fronted)
+        if at < len(fronted):
+            return _phrases(fronted[at:]), _phrases([*fronted[:at], *behind])
+        at = _first_source(outside)
+        return _phrases(outside[at:]), _phrases([*fronted, *inside, *outside[:at]])
+    if fronted and not (_first_source(fronted) == 0 and outside):
+        return _phrases(fronted), _phrases(behind)
+    if len(outside) > 1 and outside[0].preposition == "with":
+        return _phrases([*fronted, *outside[1:]]), _phrases([outside[0], *inside])
+    return _phrases([*fronted, *outside]), _phrases(inside)
+
+
+def _first_source(units: list[Unit]) -> int:
+    """Return the index of the first phrase that says where from, or their count."""
+    return next((i for i, unit in enumerate(units) if unit.preposition in _SOURCES), len(units))
+
+
+def _phrases(units: list[Unit]) -> list[Phrase]:
+    return [unit.phrase for unit in units]
+
+
+def _recipient(graph: Graph, command: Command, *, target: str) -> list[Phrase]:
+    """Return "to me" for "hand it to me", which the ERG reads as "hand me it"."""
+    third = graph.argument(command.event, "ARG3")
+    if (
+        third is None
+        or graph.part(third) is not Part.NOUN
+        or graph.start(third) < graph.start(target)
+    ):
+        return []
+    parts: list[str | Mention] = ["to", *mentions(graph, third)]
+    return [Phrase(parts=tuple(parts))]
