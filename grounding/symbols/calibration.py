@@ -15,6 +15,7 @@ from scipy.stats import chi2
 from grounding.types import FloatArray
 
 MAX_DISTANCES: Final = 500
+_GOLDEN: Final = 0.6180339887498949
 _TAIL: Final = 0.02
 _HANDFUL: Final = 5
 _RARE: Final = 0.001  # where the tail is held to the model
@@ -26,6 +27,20 @@ def thinned(distances: FloatArray) -> FloatArray:
     if len(distances) <= MAX_DISTANCES:
         return np.sort(distances)
     return np.quantile(distances, np.linspace(0, 1, MAX_DISTANCES))
+
+
+def with_one_more(known: FloatArray, distance: float, turn: int) -> FloatArray:
+    """Return sorted distances with one more; at the bound, another one leaves.
+
+    Args:
+        known: sorted.
+        distance: the new one.
+        turn: counts the calls, so that those which leave are spread evenly.
+    """
+    grown = np.insert(known, int(np.searchsorted(known, distance)), distance)
+    if len(grown) <= MAX_DISTANCES:
+        return grown
+    return np.delete(grown, int(turn * _GOLDEN % 1 * len(grown)))
 
 
 def p_values(distances: FloatArray, known: FloatArray, *, dimension: int) -> FloatArray:

@@ -1,6 +1,8 @@
 """Say which words a patch bears, one for each concept group, or that it is unknown."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Final
 
 import numpy as np
 
@@ -11,6 +13,19 @@ from grounding.symbols.model import Group, SymbolModel
 from grounding.symbols.records import Classification, Mode
 from grounding.types import FloatArray
 
+_SEEN: Final = 1e-6  # of a patch: what was never believed has no meaning
+_LEAST_VARIANCE: Final = 1e-6  # of the scaled range
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class KnownGroup:
+    """A group made ready: its words that were seen, their features' places, their densities."""
+
+    group: Group
+    words: tuple[str, ...]
+    columns: list[int]
+    density: GroupDensity
+
 
 class Classifier:
     """A model made ready to classify many patches: the densities are worked out once."""
@@ -18,31 +33,34 @@ class Classifier:
     def __init__(self, model: SymbolModel) -> None:
         """Work out the densities of every group."""
         self._model = model
-        self._groups = [
-            (group, model.columns(group.features), group_density(model, group))
-            for group in model.groups
-            if group.features
-        ]
+        known = (know_group(model, group) for group in model.groups)
+        self._groups = [each for each in known if each is not None]
 
     def classify(self, features: PatchFeatures) -> list[Classification]:
-        """Return each group's word for a patch."""
+        """Return each group's word for a patch, compounds only where their head is known."""
         sample = self._model.scale(features)
+        found = [self._in_group(known, sample[known.columns]) for known in self._groups]
+        said = {each.symbol for each in found if each.known}
+        kinds = {known.group.name: known.group.kind_of for known in self._groups}
         return [
-            self._in_group(group, words, sample[columns]) for group, columns, words in self._groups
+            replace(each, known=each.known and kinds[each.group] in {"", *said}) for each in found
         ]
 
-    def _in_group(self, group: Group, words: GroupDensity, sample: FloatArray) -> Classification:
-        logs = words.log_densities(sample[None])[0]
+    def _in_group(self, known: KnownGroup, sample: FloatArray) -> Classification:
+        logs = known.density.log_densities(sample[None])[0]
         best = int(np.argmax(logs))
-        squared = float(words.squared_distances(sample[None])[0, best])
+        squared = float(known.density.squared_distances(sample[None])[0, best])
         if self._model.config.mode is Mode.PAPER:
             limit = self._model.config.paper.density_sigmas
-            score, known = float(np.exp(logs[best])), squared <= limit**2 * len(sample)
+            score, believed = float(np.exp(logs[best])), squared <= limit**2 * len(sample)
         else:
-            score = typicality(group, squared)
-            known = score >= self._model.config.robust.unknown_rate
+            score = p_value(known.group, squared)
+            believed = score >= self._model.config.robust.unknown_rate
         return Classification(
-            group=group.name, symbol=group.words[best], score=score, known=known and group.is_sure
+            group=known.group.name,
+            symbol=known.words[best],
+            score=score,
+            known=believed and known.group.is_sure,
         )
 
 
@@ -51,29 +69,33 @@ def classify(model: SymbolModel, features: PatchFeatures) -> list[Classification
     return Classifier(model).classify(features)
 
 
-def group_density(model: SymbolModel, group: Group) -> GroupDensity:
-    """Return the densities of a group's words, in their order."""
+def know_group(model: SymbolModel, group: Group) -> KnownGroup | None:
+    """Return a group with the densities of its words, or None if nothing is known of it."""
+    words = tuple(word for word in group.words if model.words[word].moments.weight > _SEEN)
+    if not words or not group.features:
+        return None
     columns = model.columns(group.features)
-    moments = [model.words[word].moments for word in group.words]
+    moments = [model.words[word].moments for word in words]
     if model.config.mode is Mode.ROBUST:
-        return predictive(moments, columns, model.config.robust.covariance_weight)
-    variances = [np.diag(each.scatter)[columns] / max(each.weight, 1.0) for each in moments]
-    return density(
-        [each.mean[columns] for each in moments],
-        [np.diag(np.maximum(variance, 1e-6)) for variance in variances],
-        np.full(len(moments), np.inf),
-    )
+        words_density = predictive(moments, columns, model.config.robust.covariance_weight)
+    else:
+        variances = [np.diag(each.scatter)[columns] / each.weight for each in moments]
+        words_density = density(
+            [each.mean[columns] for each in moments],
+            [np.diag(np.maximum(variance, _LEAST_VARIANCE)) for variance in variances],
+            np.full(len(moments), np.inf),
+        )
+    return KnownGroup(group=group, words=words, columns=columns, density=words_density)
 
 
-def typicality(group: Group, squared_distance: float) -> float:
-    """Return the share of known things that lie farther from their word: a p-value."""
+def p_value(group: Group, squared_distance: float) -> float:
+    """Return the share of known things that lie farther from their word."""
     if not len(group.distances):
         return 0.0
-    return float(
-        p_values(np.sqrt([squared_distance]), group.distances, dimension=len(group.features))[0]
-    )
+    distance = np.sqrt([squared_distance])
+    return float(p_values(distance, group.distances, dimension=len(group.features))[0])
 
 
-def unexplained(found: Sequence[Classification]) -> tuple[str, ...]:
-    """Return the groups none of whose words explains a patch: what to ask the human about."""
+def unexplained_groups(found: Sequence[Classification]) -> tuple[str, ...]:
+    """Return the groups none of whose words explains a patch."""
     return tuple(each.group for each in found if not each.known)

@@ -17,7 +17,7 @@ import numpy as np
 
 from grounding.errors import GroundingError, InputError
 from grounding.features.registry import features_named
-from grounding.symbols.model import Group, Moments, SymbolModel, Word
+from grounding.symbols.model import Group, Moments, OpenSegment, SymbolModel, Word
 from grounding.symbols.records import (
     Mode,
     PaperConfig,
@@ -97,10 +97,12 @@ def _state(model: SymbolModel) -> Json:
                 "features": list(group.features),
                 "distances": group.distances.tolist(),
                 "is_sure": group.is_sure,
+                "kind_of": group.kind_of,
             }
             for group in model.groups
         },
-        "aliases": model.aliases,
+        "lexicons": model.lexicons,
+        "open_segments": [_open_json(each) for each in model.open_segments],
         "decisions": [asdict(decision) for decision in model.decisions],
     }
 
@@ -135,11 +137,13 @@ def _model(document: Json) -> SymbolModel:
                 features=tuple(state["groups"][name]["features"]),
                 distances=np.array(state["groups"][name]["distances"], float),
                 is_sure=bool(state["groups"][name]["is_sure"]),
+                kind_of=str(state["groups"][name]["kind_of"]),
             )
             for name, words in document["groups"].items()
         ),
         anything=_moments(state["anything"], len(features)),
-        aliases=dict(state["aliases"]),
+        lexicons={person: dict(words) for person, words in state["lexicons"].items()},
+        open_segments=tuple(_open(each, len(features)) for each in state["open_segments"]),
         decisions=tuple(PatchDecision(**each) for each in state["decisions"]),
     )
 
@@ -164,6 +168,28 @@ def _moments(document: Json, dimension: int) -> Moments:
         effective=float(document["effective"]),
         mean=_array(document["mean"], (dimension,)),
         scatter=scatter,
+    )
+
+
+def _open_json(segment: OpenSegment) -> Json:
+    return {
+        "segment": segment.segment,
+        "word": segment.word,
+        "patches": segment.patches,
+        "log_odds": segment.log_odds,
+        "right": segment.right,
+        "moments": _moments_json(segment.moments),
+    }
+
+
+def _open(document: Json, dimension: int) -> OpenSegment:
+    return OpenSegment(
+        segment=str(document["segment"]),
+        word=str(document["word"]),
+        patches=int(document["patches"]),
+        log_odds=float(document["log_odds"]),
+        right=float(document["right"]),
+        moments=_moments(document["moments"], dimension),
     )
 
 

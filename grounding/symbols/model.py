@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from grounding.features.registry import FEATURES, Family, PatchFeatures
 from grounding.symbols.records import PatchDecision, SymbolConfig
@@ -42,6 +43,16 @@ class Moments:
         )
 
     @staticmethod
+    def single(sample: FloatArray, weight: float) -> "Moments":
+        """Return the moments of one sample (D,)."""
+        return Moments(
+            weight=weight,
+            effective=weight,
+            mean=sample,
+            scatter=np.zeros((len(sample), len(sample))),
+        )
+
+    @staticmethod
     def of(samples: FloatArray, weights: FloatArray, *, effective: float) -> "Moments":
         """Return the moments of samples (N, D) with weights (N,)."""
         total = float(weights.sum())
@@ -56,23 +67,23 @@ class Moments:
             scatter=(offsets * weights[:, None]).T @ offsets,
         )
 
-    def plus(self, other: "Moments", *, sign: float = 1.0) -> "Moments":
-        """Return the moments of both together; with sign -1, of this without the other.
+    def plus(self, other: "Moments") -> "Moments":
+        """Return the moments of both together; a negative weight takes patches back.
 
         Source:
             Chan, Golub and LeVeque 1979, eq. 2.1.
         """
-        weight = self.weight + sign * other.weight
+        weight = self.weight + other.weight
         if weight <= 1e-9:
             return Moments.none(len(self.mean))
         offset = other.mean - self.mean
-        share = sign * other.weight / weight
-        scatter = self.scatter + sign * other.scatter
+        share = other.weight / weight
+        spread = (self.weight * share) * np.outer(offset, offset)
         return Moments(
             weight=weight,
-            effective=max(0.0, self.effective + sign * other.effective),
+            effective=max(0.0, self.effective + other.effective),
             mean=self.mean + share * offset,
-            scatter=scatter + (self.weight * share) * np.outer(offset, offset),
+            scatter=self.scatter + other.scatter + spread,
         )
 
     def scaled(self, factor: float) -> "Moments":
@@ -104,11 +115,15 @@ class Word:
 class Group:
     """Words that describe the same features and exclude each other.
 
+    A group with `kind_of` holds the compounds of that head (steak knife, bread knife): it speaks
+    only of things that the head's own group knows as the head.
+
     Attributes:
         name: what it describes, or the word itself where it stands alone.
         words: in alphabetical order.
         features: what it describes; all features while too little is known to say.
         is_sure: whether it is known what the words describe.
+        kind_of: the head of the compounds that it holds; empty for a group of plain words.
         distances: sorted distances of known patches from their words, each measured with a model
             that had not seen its segment; at most some hundred.
     """
@@ -118,6 +133,28 @@ class Group:
     features: tuple[str, ...]
     distances: FloatArray
     is_sure: bool
+    kind_of: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class OpenSegment:
+    """A segment that may get further patches: its label is weighed anew with each.
+
+    Attributes:
+        segment: its name.
+        word: the word it bears, of one group.
+        patches: how many it has.
+        log_odds: of its label being right, summed over its patches, without the prior.
+        right: probability that the label is right, as it was last added to the word.
+        moments: of its patches as if the label were right.
+    """
+
+    segment: str
+    word: str
+    patches: int
+    log_odds: float
+    right: float
+    moments: Moments
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -132,7 +169,8 @@ class SymbolModel:
         words: by name.
         groups: concept groups.
         anything: moments of all patches, whatever was said of them.
-        aliases: other words for a word that is kept.
+        lexicons: person -> their own word -> the word that is kept; person "" is everyone.
+        open_segments: the latest segments that were learnt on, at most some ten.
         decisions: which patches of the fit were kept, and why others were not.
     """
 
@@ -143,7 +181,8 @@ class SymbolModel:
     words: dict[str, Word]
     groups: tuple[Group, ...]
     anything: Moments
-    aliases: dict[str, str] = field(default_factory=dict)
+    lexicons: dict[str, dict[str, str]] = field(default_factory=dict)
+    open_segments: tuple[OpenSegment, ...] = ()
     decisions: tuple[PatchDecision, ...] = ()
 
     @cached_property
@@ -152,9 +191,12 @@ class SymbolModel:
         return tuple(FEATURES[name].family for name in self.features)
 
     def group_of(self, word: str) -> Group | None:
-        """Return the group that holds a word or what it is an alias of."""
-        name = self.aliases.get(word, word)
-        return next((group for group in self.groups if name in group.words), None)
+        """Return the group that holds a word."""
+        return next((group for group in self.groups if word in group.words), None)
+
+    def group_named(self, name: str) -> Group:
+        """Return the group of a name."""
+        return next(group for group in self.groups if group.name == name)
 
     def columns(self, names: tuple[str, ...]) -> list[int]:
         """Return the places of features in the moments."""
@@ -162,6 +204,18 @@ class SymbolModel:
 
     def scale(self, features: PatchFeatures) -> FloatArray:
         """Return a patch's features (D,) as moments hold them; NaN where one is missing."""
-        values = np.array([features[name] for name in self.features])
+        places = self._places(features.names)
+        values = np.where(places >= 0, features.values[places], np.nan)
         scaled: FloatArray = (values - self.offset) / self.unit
         return scaled
+
+    def _places(self, names: tuple[str, ...]) -> NDArray[np.intp]:
+        """Return where each feature (D,) stands among names; -1 for one that is not there."""
+        if names not in self._known_places:
+            order = {name: place for place, name in enumerate(names)}
+            self._known_places[names] = np.array([order.get(name, -1) for name in self.features])
+        return self._known_places[names]
+
+    @cached_property
+    def _known_places(self) -> dict[tuple[str, ...], NDArray[np.intp]]:
+        return {}

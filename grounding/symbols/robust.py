@@ -6,7 +6,7 @@ they follow one of the other words or are anything at all. Expectation and maxim
 how likely each segment is right, and the moments of each word weighted with that.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -20,6 +20,7 @@ from grounding.symbols.records import RobustConfig
 from grounding.types import FloatArray
 
 _ITERATIONS: Final = 30
+_PATIENCE: Final = 4  # iterations before a segment may be of a stranger
 _CONVERGED: Final = 1e-6
 _STRANGER: Final = 0.3  # of wrong segments that show no thing of the group
 _FIRST_SPREAD: Final = 1.0  # resolutions squared
@@ -70,41 +71,48 @@ def learn_words(evidence: Evidence, config: RobustConfig) -> Belief:
     """Return what the words of a group mean."""
     words = _first_guess(evidence, config)
     wrong_rate, before = config.wrong_rate, np.zeros(len(evidence.label))
-    belief = believe(evidence, words, config, wrong_rate)
-    for _ in range(_ITERATIONS):
+    for turn in range(_ITERATIONS):
+        belief = believe(evidence, words, config, wrong_rate, strangers=turn >= _PATIENCE)
         words = predictive(belief.moments, evidence.columns, config.covariance_weight)
-        belief = believe(evidence, words, config, wrong_rate)
         wrong = float((1 - belief.right).sum()) + config.wrong_rate * config.wrong_rate_weight
         wrong_rate = min(0.5, wrong / (len(belief.right) + config.wrong_rate_weight))
-        if np.abs(belief.right - before).max() < _CONVERGED:
+        if turn > _PATIENCE and np.abs(belief.right - before).max() < _CONVERGED:
             break
         before = belief.right
-    return belief
+    return believe(evidence, words, config, wrong_rate, strangers=True)
 
 
 def believe(
-    evidence: Evidence, words: GroupDensity, config: RobustConfig, wrong_rate: float
+    evidence: Evidence,
+    words: GroupDensity,
+    config: RobustConfig,
+    wrong_rate: float,
+    *,
+    strangers: bool,
 ) -> Belief:
-    """Return one step's belief: responsibilities first, moments after."""
+    """Return one step's belief: responsibilities first, moments after.
+
+    Args:
+        evidence: what was said.
+        words: what the words mean so far.
+        config: the noise model.
+        wrong_rate: how many labels are wrong so far.
+        strangers: whether a segment may show no thing of the group. Not before the words have
+            found their spread: until then everything looks strange.
+    """
     own = evidence.label[evidence.segment]  # (N,)
     counts = _per_segment(np.ones(len(own)), evidence)
-    temper = 1 / (1 + (counts - 1) * config.segment_correlation)  # (S,)
+    temper = np.array([tempering(count, config) for count in counts.tolist()])
     chosen = evidence.samples[:, evidence.columns]
     squared = words.squared_distances(chosen)
-    tails = GroupDensity(
-        means=words.means,
-        whiteners=words.whiteners,
-        log_scale=words.log_scale,
-        dof=np.full(len(words.means), config.tail_dof),
-    )
-    logs = np.column_stack([tails.log_densities(chosen), _stranger_log(evidence, chosen)])
+    logs = patch_logs(chosen, words, evidence.columns, evidence.anything, config)
+    if not strangers:
+        logs[:, -1] = logs[:, 0] if logs.shape[1] == 2 else -np.inf
     totals = np.column_stack(
         [_per_segment(column * evidence.weights, evidence) for column in logs.T]
     )
-    right = _right(totals * temper[:, None], evidence.label, wrong_rate)
-    at = np.arange(len(own))
-    d = chosen.shape[1]
-    typical = np.minimum(1.0, (config.tail_dof + d) / (config.tail_dof + squared[at, own]))
+    right = label_right(label_log_odds(totals * temper[:, None], evidence.label), wrong_rate)
+    typical = typicality(squared[np.arange(len(own)), own], chosen.shape[1], config)
     weights = right[evidence.segment] * evidence.weights * typical
     moments = [
         Moments.of(
@@ -126,11 +134,11 @@ def known_distances(evidence: Evidence, belief: Belief, config: RobustConfig) ->
         inside = evidence.segment == segment
         word = int(evidence.label[segment])
         weights = evidence.weights[inside] * belief.typical[inside] * belief.right[segment]
-        count = np.count_nonzero(inside)
-        temper = 1 / (1 + (count - 1) * config.segment_correlation)
+        count = int(np.count_nonzero(inside))
+        temper = tempering(count, config)
         own = Moments.of(evidence.samples[inside], weights, effective=float(weights.sum()) * temper)
         others = list(belief.moments)
-        others[word] = others[word].plus(own, sign=-1.0)
+        others[word] = others[word].plus(own.scaled(-1.0))
         if others[word].weight <= 0:
             continue
         words = predictive(others, evidence.columns, config.covariance_weight)
@@ -140,37 +148,65 @@ def known_distances(evidence: Evidence, belief: Belief, config: RobustConfig) ->
     return thinned(np.concatenate(found))
 
 
-def _right(totals: FloatArray, label: Indices, wrong_rate: float) -> FloatArray:
-    """Return the probability (S,) that each label is right.
+def patch_logs(
+    chosen: FloatArray,
+    words: GroupDensity,
+    columns: list[int],
+    anything: Moments,
+    config: RobustConfig,
+) -> FloatArray:
+    """Return log likelihoods (N, K + 1) of patches under each word, and last under anything.
+
+    Args:
+        chosen: (N, d) the group's features.
+        words: the group's densities.
+        columns: the group's features among all.
+        anything: moments of all patches.
+        config: the noise model.
+    """
+    tails = replace(words, dof=np.full(len(words.means), config.tail_dof))
+    grid = np.ix_(columns, columns)
+    spread = anything.scatter[grid] / max(anything.weight, 1.0) + np.eye(len(columns))
+    wide = density([anything.mean[columns]], [spread], np.array([config.tail_dof]))
+    return np.column_stack([tails.log_densities(chosen), wide.log_densities(chosen)])
+
+
+def tempering(patches: float, config: RobustConfig) -> float:
+    """Return what one of so many patches of a segment counts, correlated as they are."""
+    return 1 / (1 + (patches - 1) * config.segment_correlation)
+
+
+def typicality(squared: FloatArray, dimension: int, config: RobustConfig) -> FloatArray:
+    """Return the weight of patches at squared distances: 1, less for a stray one."""
+    weight = (config.tail_dof + dimension) / (config.tail_dof + squared)
+    return np.minimum(1.0, weight)
+
+
+def label_log_odds(totals: FloatArray, label: Indices) -> FloatArray:
+    """Return the log odds (S,) that each label is right, without the prior.
 
     Args:
         totals: (S, K + 1) log likelihood of each segment under each word, last under anything.
         label: (S,) the word that was said.
-        wrong_rate: prior of a wrong label.
     """
     at = np.arange(len(label))
     others = totals.shape[1] - 2
     prior = np.full(totals.shape, np.log((1 - _STRANGER) / max(others, 1)))
     prior[:, -1] = np.log(_STRANGER) if others else 0.0
     prior[at, label] = -np.inf
-    wrong = logsumexp(totals + prior, axis=1) + np.log(wrong_rate)
-    right = totals[at, label] + np.log1p(-wrong_rate)
-    probability: FloatArray = expit(right - wrong)
+    log_odds: FloatArray = totals[at, label] - logsumexp(totals + prior, axis=1)
+    return log_odds
+
+
+def label_right(log_odds: FloatArray, wrong_rate: float) -> FloatArray:
+    """Return the probability (S,) that a label is right when so many are wrong."""
+    probability: FloatArray = expit(log_odds + np.log1p(-wrong_rate) - np.log(wrong_rate))
     return probability
 
 
 def _per_segment(values: FloatArray, evidence: Evidence) -> FloatArray:
     sums = np.bincount(evidence.segment, weights=values, minlength=len(evidence.label))
     return np.asarray(sums, float)
-
-
-def _stranger_log(evidence: Evidence, chosen: FloatArray) -> FloatArray:
-    """Return log density (N,) of patches whatever they show."""
-    anything = evidence.anything
-    grid = np.ix_(evidence.columns, evidence.columns)
-    spread = anything.scatter[grid] / max(anything.weight, 1.0) + np.eye(len(evidence.columns))
-    wide = density([anything.mean[evidence.columns]], [spread], np.array([5.0]))
-    return wide.log_densities(chosen)[:, 0]
 
 
 def _first_guess(evidence: Evidence, config: RobustConfig) -> GroupDensity:
