@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grounding.features.registry import Family
+from grounding.symbols.compounds import head_of
 from grounding.types import FloatArray
 
 _PERMUTATIONS: Final = 200
@@ -30,10 +31,16 @@ class Concept:
     """A group of words that exclude each other, and the families that they describe.
 
     Without families the words are too little known to say what they describe.
+
+    Attributes:
+        words: in alphabetical order.
+        families: what they describe.
+        kind_of: the head of the compounds that it holds; empty for plain words.
     """
 
     words: tuple[str, ...]
     families: tuple[Family, ...]
+    kind_of: str = ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -94,6 +101,23 @@ def _adopt(concepts: list[Concept], table: SegmentTable) -> list[Concept]:
         else:
             left.append(concept)
     return [*sure.values(), *left]
+
+
+def with_compounds(concepts: list[Concept], words: Sequence[str]) -> list[Concept]:
+    """Return concepts with one for the compounds of each head, describing what the head does."""
+    kinds: dict[str, list[str]] = {}
+    for word in words:
+        head = head_of(word)
+        if head is not None:
+            kinds.setdefault(head, []).append(word)
+    families = {word: concept.families for concept in concepts for word in concept.words}
+    return [
+        *concepts,
+        *(
+            Concept(words=tuple(sorted(compounds)), families=families.get(head, ()), kind_of=head)
+            for head, compounds in sorted(kinds.items())
+        ),
+    ]
 
 
 def describing(words: Sequence[str], profile: FloatArray, families: Sequence[Family]) -> Concept:

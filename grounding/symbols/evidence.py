@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from grounding.features.background import NoObject
 from grounding.features.registry import FEATURES, Feature, PatchFeatures, features_named
+from grounding.symbols.compounds import expanded, head_of
 from grounding.symbols.concepts import SegmentTable
 from grounding.symbols.records import LabelledPatch, PatchDecision
 from grounding.types import FloatArray
@@ -25,7 +26,7 @@ class Corpus:
         values: (N, D) in the features' own units.
         weights: (N,).
         segment: (N,) index of the segment.
-        said: (S) words of each segment.
+        said: (S) words of each segment, with the heads of compounds.
         unusable: decisions on the patches that were left out.
     """
 
@@ -69,18 +70,22 @@ def gather(patches: Sequence[LabelledPatch], names: Sequence[str]) -> Corpus:
         values=table[whole][:, places],
         weights=np.array([patch.weight for patch in kept]),
         segment=np.array([order[key] for key in keys], dtype=np.intp),
-        said=tuple(words for _, words in order),
+        said=tuple(expanded(words) for _, words in order),
         unusable=tuple(_unusable(patches, set(map(id, kept)))),
     )
 
 
 def segment_table(corpus: Corpus, scaled: FloatArray) -> SegmentTable:
-    """Return one row a segment for the search of concepts."""
+    """Return one row a segment for the search of concepts; compounds go with their heads."""
     centres = [np.median(scaled[corpus.segment == s], axis=0) for s in range(len(corpus.said))]
     return SegmentTable(
         centres=np.array(centres).reshape(len(corpus.said), scaled.shape[1]),
         families=tuple(feature.family for feature in corpus.features),
-        bears={word: np.array([word in said for said in corpus.said]) for word in corpus.words},
+        bears={
+            word: np.array([word in said for said in corpus.said])
+            for word in corpus.words
+            if head_of(word) is None
+        },
     )
 
 
@@ -105,6 +110,6 @@ def _unusable(patches: Sequence[LabelledPatch], kept: set[int]) -> list[PatchDec
             PatchDecision(
                 patch=patch.name, segment=patch.segment, symbol=word, kept=False, reason=reason
             )
-            for word in patch.symbols
+            for word in expanded(patch.symbols)
         )
     return found

@@ -2,16 +2,18 @@
 
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from grounding.features.registry import Family
-from grounding.symbols.concepts import Concept, find_concepts
+from grounding.symbols.concepts import Concept, find_concepts, with_compounds
 from grounding.symbols.evidence import Corpus, gather, segment_table
 from grounding.symbols.model import Group, Moments, SymbolModel, Word
 from grounding.symbols.paper import fit_paper
 from grounding.symbols.records import LabelledPatch, Mode, PatchDecision, SymbolConfig
 from grounding.symbols.robust import Belief, Evidence, known_distances, learn_words
+from grounding.symbols.synonyms import join_synonyms
 from grounding.types import FloatArray
 
 _KEPT = 0.5
@@ -40,6 +42,7 @@ def _fit_robust(corpus: Corpus, config: SymbolConfig) -> SymbolModel:
     scaled = corpus.values / unit
     rng = np.random.default_rng(config.robust.seed)
     concepts = find_concepts(segment_table(corpus, scaled), rng) if len(scaled) else []
+    concepts = with_compounds(concepts, corpus.words)
     anything = Moments.of(scaled, corpus.weights, effective=float(len(corpus.said)))
     words: dict[str, Word] = {}
     groups: list[Group] = []
@@ -49,7 +52,7 @@ def _fit_robust(corpus: Corpus, config: SymbolConfig) -> SymbolModel:
         groups.append(group)
         words.update(learnt)
         decisions.extend(decided)
-    return SymbolModel(
+    model = SymbolModel(
         config=config,
         features=tuple(feature.name for feature in corpus.features),
         offset=np.zeros(len(unit)),
@@ -59,6 +62,7 @@ def _fit_robust(corpus: Corpus, config: SymbolConfig) -> SymbolModel:
         anything=anything,
         decisions=tuple(decisions),
     )
+    return join_synonyms(model)
 
 
 def _fit_group(
@@ -69,7 +73,7 @@ def _fit_group(
     features = tuple(f.name for f in corpus.features if f.family in families)
     columns = [k for k, f in enumerate(corpus.features) if f.name in features]
     evidence, rows = _evidence(concept, corpus, scaled, columns, anything)
-    belief = learn_words(evidence, config.robust)
+    belief = learn_words(evidence, config.robust, strangers=bool(concept.families))
     decisions = _decisions(concept, corpus, evidence, belief, rows)
     lost = Counter(d.symbol for d in corpus.unusable)
     kept = Counter(d.symbol for d in decisions if d.kept)
@@ -84,6 +88,7 @@ def _fit_group(
         features=features,
         distances=known_distances(evidence, belief, config.robust),
         is_sure=bool(concept.families),
+        kind_of=concept.kind_of,
     )
     return group, words, decisions
 
@@ -104,6 +109,7 @@ def _evidence(
         weights=corpus.weights[rows],
         segment=np.array([place[int(corpus.segment[row])] for row in rows], dtype=np.intp),
         label=np.array([labels[s] for s in bearing], dtype=np.intp),
+        word_count=len(concept.words),
         columns=columns,
         anything=anything,
     )
@@ -136,6 +142,8 @@ def _decisions(
 
 def _group_name(concept: Concept) -> str:
     """Return what a group describes; a word that stands alone is its own group."""
+    if concept.kind_of:
+        return f"kind of {concept.kind_of}"
     if len(concept.words) == 1:
         return concept.words[0]
     if not concept.families:
@@ -153,13 +161,5 @@ def _named(groups: list[Group]) -> tuple[Group, ...]:
     for group in groups:
         seen[group.name] += 1
         suffix = f"-{seen[group.name]}" if seen[group.name] > 1 else ""
-        named.append(
-            Group(
-                name=group.name + suffix,
-                words=group.words,
-                features=group.features,
-                distances=group.distances,
-                is_sure=group.is_sure,
-            )
-        )
+        named.append(replace(group, name=group.name + suffix))
     return tuple(named)

@@ -40,6 +40,7 @@ class Evidence:
         weights: (N,) of the patches.
         segment: (N,) index of each patch's segment.
         label: (S,) index of the word that each segment bears.
+        word_count: K.
         columns: the group's features.
         anything: moments of all patches whatever was said.
     """
@@ -48,6 +49,7 @@ class Evidence:
     weights: FloatArray
     segment: Indices
     label: Indices
+    word_count: int
     columns: list[int]
     anything: Moments
 
@@ -67,19 +69,28 @@ class Belief:
     moments: list[Moments]
 
 
-def learn_words(evidence: Evidence, config: RobustConfig) -> Belief:
-    """Return what the words of a group mean."""
+def learn_words(evidence: Evidence, config: RobustConfig, *, strangers: bool) -> Belief:
+    """Return what the words of a group mean.
+
+    Args:
+        evidence: what was said.
+        config: the noise model.
+        strangers: whether a segment may show no thing of the group; with too little known to
+            say what the words describe, nothing is strange.
+    """
     words = _first_guess(evidence, config)
     wrong_rate, before = config.wrong_rate, np.zeros(len(evidence.label))
     for turn in range(_ITERATIONS):
-        belief = believe(evidence, words, config, wrong_rate, strangers=turn >= _PATIENCE)
+        belief = believe(
+            evidence, words, config, wrong_rate, strangers=strangers and turn >= _PATIENCE
+        )
         words = predictive(belief.moments, evidence.columns, config.covariance_weight)
         wrong = float((1 - belief.right).sum()) + config.wrong_rate * config.wrong_rate_weight
         wrong_rate = min(0.5, wrong / (len(belief.right) + config.wrong_rate_weight))
         if turn > _PATIENCE and np.abs(belief.right - before).max() < _CONVERGED:
             break
         before = belief.right
-    return believe(evidence, words, config, wrong_rate, strangers=True)
+    return believe(evidence, words, config, wrong_rate, strangers=strangers)
 
 
 def believe(
@@ -224,7 +235,7 @@ def _first_guess(evidence: Evidence, config: RobustConfig) -> GroupDensity:
     alike = np.exp(-squared / centres.shape[1] / (2 * _ALIKE**2))  # (S, S)
     label = evidence.label[segments]
     means = []
-    for word in range(int(evidence.label.max()) + 1):
+    for word in range(evidence.word_count):
         merit = alike[:, label == word].sum(axis=1) ** 2 / alike.sum(axis=1)
         means.append(centres[np.argmax(np.where(label == word, merit, -1.0))])
     spread = [_FIRST_SPREAD * np.eye(centres.shape[1])] * len(means)
