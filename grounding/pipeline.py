@@ -45,7 +45,7 @@ class SessionGrounding:
     symbols: SymbolModel
 
 
-def ground_session(
+def ground_session(  # noqa: PLR0913  all that a session is, by name
     demonstration: Demonstration,
     config: GroundingConfig | None = None,
     *,
@@ -53,6 +53,7 @@ def ground_session(
     scale: str = "metric",
     unparsed: Sequence[Unparsed] = (),
     view: View | None = None,
+    open_end: bool = False,
 ) -> SessionGrounding:
     """Ground the instructions of one session.
 
@@ -63,12 +64,13 @@ def ground_session(
         scale: "metric" or "arbitrary".
         unparsed: sentences that gave no instruction.
         view: the camera that patches are cut from; None for no patches.
+        open_end: the session goes on, so the last instructions may not have been done yet.
 
     Returns:
         The plan, the labels of the fixations, the patches and what the words mean.
     """
     config = config or GroundingConfig()
-    alignment = align(demonstration, config.glide)
+    alignment = align(demonstration, config.glide, open_end=open_end)
     instructions = ground_instructions(demonstration.spoken, alignment, config.plan)
     plan = GroundedPlan(
         session=name,

@@ -1,5 +1,6 @@
 """Cameras and recordings as grounding's patches see them."""
 
+from collections import OrderedDict
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
@@ -12,6 +13,8 @@ from gazemap.geometry.pose import Cam, Overhead, Pose, World
 from gazemap.ports import Session
 from gazemap.types.frame import Frame
 from gazemap.types.slam import SlamResult
+from gazemap.wire.images import decode_image, image_time_ns
+from gazemap.wire.streams import Stream
 from grounding.patches.view import TimedImage
 
 
@@ -86,3 +89,41 @@ def _in_colour(image: ImageArray) -> ImageArray:
     if image.ndim == 3:
         return image
     return np.asarray(cv2.cvtColor(image, cv2.COLOR_GRAY2BGR), dtype=np.uint8)
+
+
+class BufferedView:
+    """The last images of a live overhead camera, kept as they were compressed."""
+
+    name = "overhead"
+    is_fixed = True
+
+    def __init__(self, *, limit: int) -> None:
+        """Keep at most `limit` images: the oldest go first."""
+        self._payloads: OrderedDict[int, bytes] = OrderedDict()
+        self._limit = limit
+        self.camera: StandingCamera | None = None
+
+    @property
+    def t_ns(self) -> Sequence[int]:
+        """The times of the kept images."""
+        return tuple(self._payloads)
+
+    def clear(self) -> None:
+        """Forget the images."""
+        self._payloads.clear()
+
+    def add(self, payload: bytes) -> None:
+        """Keep an image message."""
+        self._payloads[image_time_ns(payload, stream=Stream.OVERHEAD_IMAGE)] = payload
+        while len(self._payloads) > self._limit:
+            self._payloads.popitem(last=False)
+
+    def camera_at(self, t_ns: int) -> StandingCamera | None:  # noqa: ARG002  it stands still
+        """Return the camera; None until it has been located."""
+        return self.camera
+
+    def images(self, times_ns: Sequence[int]) -> Iterator[TimedImage]:
+        """Yield the images of these times in ascending order."""
+        for t_ns in times_ns:
+            frame = decode_image(self._payloads[t_ns], stream=Stream.OVERHEAD_IMAGE)
+            yield TimedImage(t_ns=t_ns, image_bgr=_in_colour(frame.image))

@@ -169,6 +169,13 @@ def decode_image(payload: bytes, *, stream: str) -> Frame:
     return Frame(index=image.index, t_ns=image.t_ns, image=pixels_of(image, stream=stream))
 
 
+def image_time_ns(payload: bytes, *, stream: str) -> int:
+    """Read a frame's time alone; the image stays compressed."""
+    message, extra = CompressedImage(), pb.ImageExtra()
+    parse_foxglove(message, extra, payload, stream=stream)
+    return time_ns(message.timestamp)
+
+
 def _pixels(data: bytes, flag: int) -> NDArray[Any] | None:
     coded = np.frombuffer(data, dtype=np.uint8)
     return cv2.imdecode(coded, flag) if coded.size else None

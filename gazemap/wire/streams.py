@@ -27,6 +27,7 @@ class Stream(StrEnum):
     MAP_POINTS = "map/points"
     MAP_MESH = "map/mesh"
     MAP_EVENT = "map/event"
+    OVERHEAD_POSE = "map/overhead"
     MAPPING_STATUS = "mapping/status"
 
     PLAN = "plan"

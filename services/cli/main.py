@@ -18,6 +18,7 @@ COMMANDS: Final[dict[str, tuple[str, str]]] = {
     "symbols": ("services.cli.symbols", "Learn what words mean from patches, and name new ones."),
     "slam": ("services.cli.slam", "Track and map a recording."),
     "rebuild": ("services.cli.rebuild", "Rebuild sessions offline, better than live."),
+    "serve": ("services.cli.serve", "Run the mapping or the grounding service."),
 }
 
 

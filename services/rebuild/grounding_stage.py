@@ -1,17 +1,17 @@
 """The grounding stage of a rebuild: sentences, alignment, patches and what words mean."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 from gazemap.pipeline import Located, Looks
 from gazemap.ports import Session
 from gazemap.types.scene import SceneModel
+from gazemap.types.session import Cue
+from grounding.discourse import Utterance, understand
 from grounding.glide.model import Demonstration
-from grounding.language.parser import ParseResult, default_parser
+from grounding.language.parser import default_parser
 from grounding.patches.view import View
 from grounding.pipeline import GroundingConfig, SessionGrounding, ground_session
-from grounding.plan import Unparsed
-from services.translate import instance, observation, spoken_instructions
+from services.translate import instance, observation
 from services.views import FixedView, HeadView, StandingCamera
 
 
@@ -30,10 +30,10 @@ def ground(
 ) -> SessionGrounding:
     """Ground a session that was mapped."""
     data = mapped.session.data
-    parses = default_parser().parse_discourse([cue.text for cue in data.narration])
-    spoken = spoken_instructions(data.narration, parses, with_times=with_narration_times)
+    utterances = [_utterance(cue, with_times=with_narration_times) for cue in data.narration]
+    discourse = understand(utterances, default_parser())
     demonstration = Demonstration(
-        spoken=spoken,
+        spoken=discourse.spoken,
         fixations=[observation(each) for each in mapped.looks.fixations],
         objects=[instance(each) for each in mapped.scene.objects],
         heading_rad=data.wearer_heading_rad,
@@ -43,18 +43,14 @@ def ground(
         config,
         name=data.name,
         scale=mapped.located.slam.trajectory.scale.value,
-        unparsed=unparsed(parses),
+        unparsed=discourse.unparsed,
         view=patch_view(mapped),
     )
 
 
-def unparsed(parses: Sequence[ParseResult]) -> tuple[Unparsed, ...]:
-    """Return the sentences that gave no instruction, with the reason."""
-    return tuple(
-        Unparsed(sentence=parse.sentence, reason=parse.error)
-        for parse in parses
-        if parse.error is not None
-    )
+def _utterance(cue: Cue, *, with_times: bool) -> Utterance:
+    times = (cue.start_ns, cue.end_ns) if with_times else (None, None)
+    return Utterance(text=cue.text, start_ns=times[0], end_ns=times[1])
 
 
 def patch_view(mapped: Mapped) -> View | None:

@@ -1,0 +1,83 @@
+"""Grounding as it happens: words, looks and objects come in, in any order and corrected."""
+
+import dataclasses
+from dataclasses import dataclass, field
+
+from grounding.discourse import Utterance, understand
+from grounding.glide.model import Demonstration
+from grounding.language.parser import Parser
+from grounding.patches.view import View
+from grounding.pipeline import GroundingConfig, SessionGrounding, ground_session
+from grounding.plan import GroundedPlan
+from grounding.types import FixationObservation, ObjectInstance
+
+
+@dataclass(slots=True, kw_only=True, eq=False)
+class LiveGrounding:
+    """What a running session has said, looked at and shown so far.
+
+    Attributes:
+        parser: turns what is said into instructions.
+        config: of all stages.
+        name: of the session.
+        scale: "metric" or "arbitrary".
+        heading_rad: the wearer's heading about z.
+    """
+
+    parser: Parser
+    config: GroundingConfig
+    name: str
+    scale: str = "metric"
+    heading_rad: float = 0.0
+    _said: list[Utterance] = field(default_factory=list)
+    _fixations: dict[int, FixationObservation] = field(default_factory=dict)
+    _objects: dict[str, ObjectInstance] = field(default_factory=dict)
+    _plan: GroundedPlan | None = None
+
+    def heard(self, utterance: Utterance) -> None:
+        """Take in what was said; the same cue again changes nothing."""
+        if utterance not in self._said:
+            self._said.append(utterance)
+            self._said.sort(key=lambda each: each.start_ns or 0)
+
+    def looked(self, fixation: FixationObservation) -> None:
+        """Take in a fixation, or its correction."""
+        self._fixations[fixation.fixation_id] = fixation
+
+    def saw(self, thing: ObjectInstance) -> None:
+        """Take in an object, or what is known better of it now."""
+        self._objects[thing.object_id] = thing
+
+    def ground(self, view: View | None, *, open_end: bool) -> SessionGrounding:
+        """Ground all that was said so far; the revision grows where the plan has changed.
+
+        Args:
+            view: the camera that patches are cut from; None leaves patches out.
+            open_end: the session goes on, so the last instructions may not have been done yet.
+        """
+        discourse = understand(self._said, self.parser)
+        grounded = ground_session(
+            Demonstration(
+                spoken=discourse.spoken,
+                fixations=list(self._fixations.values()),
+                objects=list(self._objects.values()),
+                heading_rad=self.heading_rad,
+            ),
+            self.config,
+            name=self.name,
+            scale=self.scale,
+            unparsed=discourse.unparsed,
+            view=view,
+            open_end=open_end,
+        )
+        self._plan = _revised(grounded.plan, self._plan)
+        return dataclasses.replace(grounded, plan=self._plan)
+
+
+def _revised(plan: GroundedPlan, before: GroundedPlan | None) -> GroundedPlan:
+    if before is None:
+        return plan
+    same = dataclasses.replace(plan, revision=before.revision)
+    if same.to_json() == before.to_json():
+        return before
+    return dataclasses.replace(plan, revision=before.revision + 1)

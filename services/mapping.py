@@ -1,0 +1,170 @@
+"""The mapping service: takes a rig's streams, says where things are and what was looked at."""
+
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from gazemap.calibration import load_rig
+from gazemap.errors import InputError
+from gazemap.geometry.camera import Camera
+from gazemap.live import LiveMapping, LiveMappingConfig, LiveRig, News
+from gazemap.types.session import TagLayout
+from gazemap.wire import images, rig
+from gazemap.wire.streams import Stream
+from services.bus.base import Bus, Inbox, Message
+from services.bus.zenoh import ZenohConfig
+from services.health import Health
+from services.mapping_output import MappingOutput
+from services.replayer import RECORDING_END
+
+NAME: Final = "mapping"
+_WAIT_S: Final = 0.2
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MappingServiceConfig:
+    """How the service is started.
+
+    Attributes:
+        bus: how to reach the router.
+        calibration: a folder of calib/: its tags and read-out time, where the rig sends none.
+        live: the settings of each stage.
+        seed: of everything that is random.
+    """
+
+    bus: ZenohConfig = field(default_factory=ZenohConfig)
+    calibration: Path | None = None
+    live: LiveMappingConfig = field(default_factory=LiveMappingConfig)
+    seed: int = 0
+
+
+class MappingService:
+    """Feeds a live mapping from the bus and publishes what it says."""
+
+    def __init__(self, bus: Bus, config: MappingServiceConfig) -> None:
+        """Subscribe to the rig.
+
+        Raises:
+            GazemapError: if the calibration cannot be used.
+        """
+        self._bus, self._config = bus, config
+        self._health = Health(bus, service=NAME, stream=Stream.MAPPING_STATUS)
+        self._output = MappingOutput(bus, self._health)
+        self._mapping: LiveMapping | None = None
+        self._head: Camera | None = None
+        self._overhead: Camera | None = None
+        self._layout: TagLayout | None = None
+        if config.calibration is not None:
+            known = load_rig(config.calibration)
+            self._head, self._overhead = known.head_camera, known.overhead_camera
+            self._layout = known.layout
+        self._takers: dict[Stream, Callable[[bytes], None]] = {
+            Stream.SESSION: self._take_session,
+            Stream.TAGS: self._take_tags,
+            Stream.HEAD_CALIBRATION: self._take_head_calibration,
+            Stream.OVERHEAD_CALIBRATION: self._take_overhead_calibration,
+            Stream.HEAD_IMAGE: self._take_head_image,
+            Stream.OVERHEAD_IMAGE: self._take_overhead_image,
+            Stream.GAZE: self._take_gaze,
+            Stream.DEVICE_FIXATION: self._take_device_fixation,
+            Stream.EVENT: self._take_event,
+        }
+        self._has_device_fixations = False
+        self.inbox = Inbox()
+        for stream in self._takers:
+            bus.subscribe(stream, self.inbox)
+        bus.announce(NAME)
+
+    def run(self, stop: threading.Event) -> None:
+        """Serve until asked to stop."""
+        try:
+            while not stop.is_set():
+                message = self.inbox.get(timeout_s=_WAIT_S)
+                if message is not None:
+                    self.take(message)
+                self._health.beat(self._figures)
+        finally:
+            self._forget()
+
+    def take(self, message: Message) -> None:
+        """Take one message; one that cannot be used is named in the status and dropped."""
+        try:
+            self._takers[message.stream](message.payload)
+        except InputError as error:
+            self._health.complain(str(error))
+
+    def _forget(self) -> None:
+        if self._mapping is not None:
+            self._mapping.close()
+        self._mapping = None
+
+    def _take_session(self, payload: bytes) -> None:
+        info = rig.decode_session(payload)
+        self._forget()
+        self._has_device_fixations = info.has_device_fixations
+        self._health.restart(info.name)
+
+    def _take_tags(self, payload: bytes) -> None:
+        self._layout = rig.decode_tags(payload)
+
+    def _take_head_calibration(self, payload: bytes) -> None:
+        self._head = images.decode_calibration(payload, stream=Stream.HEAD_CALIBRATION)
+
+    def _take_overhead_calibration(self, payload: bytes) -> None:
+        self._overhead = images.decode_calibration(payload, stream=Stream.OVERHEAD_CALIBRATION)
+
+    def _take_head_image(self, payload: bytes) -> None:
+        frame = images.decode_image(payload, stream=Stream.HEAD_IMAGE)
+        self._health.reached(frame.t_ns)
+        if self._mapping is None:
+            self._begin()
+        if self._mapping is not None:
+            self._publish(self._mapping.head_frame(frame))
+
+    def _begin(self) -> None:
+        if self._head is None:
+            self._health.complain("head/calibration: none yet; publish it, or name a calibration")
+            return
+        known = LiveRig(head_camera=self._head, overhead_camera=self._overhead, layout=self._layout)
+        rng = np.random.default_rng(self._config.seed)
+        self._mapping = LiveMapping(known, self._config.live, rng=rng)
+
+    def _take_overhead_image(self, payload: bytes) -> None:
+        if self._mapping is not None:
+            frame = images.decode_image(payload, stream=Stream.OVERHEAD_IMAGE)
+            self._publish(self._mapping.overhead_frame(frame))
+
+    def _take_gaze(self, payload: bytes) -> None:
+        if self._mapping is not None and not self._has_device_fixations:
+            self._mapping.gaze(rig.decode_gaze(payload))
+
+    def _take_device_fixation(self, payload: bytes) -> None:
+        self._has_device_fixations = True
+        if self._mapping is not None:
+            self._mapping.device_fixation(rig.decode_device_fixation(payload))
+
+    def _take_event(self, payload: bytes) -> None:
+        if rig.decode_event(payload).name == RECORDING_END and self._mapping is not None:
+            self._publish(self._mapping.finish())
+            self._health.finish(self._figures)
+
+    def _publish(self, news: News) -> None:
+        if self._mapping is not None:
+            self._output.say(news, self._mapping)
+
+    def _figures(self) -> dict[str, float]:
+        if self._mapping is None:
+            return {}
+        self._output.say_points(self._mapping)
+        offset = self._mapping.looks.offset
+        dropped = {f"{stream}_dropped": float(n) for stream, n in self.inbox.dropped.items()}
+        return {
+            **dropped,
+            "map_id": float(self._mapping.tracker.map_id),
+            "gaze_offset_azimuth_deg": float(np.degrees(offset.azimuth_rad)),
+            "gaze_offset_elevation_deg": float(np.degrees(offset.elevation_rad)),
+        }
