@@ -45,7 +45,7 @@ class BootstrapConfig:
 
     corners: int = 400
     least_flow_px: float = 8.0
-    least_parallax_deg: float = 1.0
+    least_parallax_deg: float = 0.5
     longest_frames: int = 60
 
 
