@@ -15,12 +15,15 @@ from gazemap.slam.live.landmarks import Landmarks, View, see, spread
 from gazemap.slam.live.messages import MapUpdate
 from gazemap.slam.live.motion import Motion, twist_between
 from gazemap.slam.live.patches import Pyramid, align_patches
+from gazemap.slam.live.places import PlaceIndex
 from gazemap.slam.live.refine import PoseFit, PoseProblem, refine_pose
 from gazemap.types.tracking import LostReason
 
 _INLIER_SIGMAS = 4.0
 _FLOW_REACH_PX = 3.0
 _PRIOR_REACH_PX = 6.0
+# Of the points that should be seen after relocalising; a wrong place finds hardly any.
+_RELOCALISED_SHARE = 0.25
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -49,6 +52,7 @@ class PoseTracker:
         self._focal_px = float(camera.K[0, 0])
         self.landmarks = Landmarks.none()
         self.candidates = Candidates(camera)
+        self._places = PlaceIndex(camera)
         self._flow_ids: IntArray = np.empty(0, np.int64)
         self._flow_uv_px: FloatArray = np.empty((0, 2))
         self._grey: ImageArray | None = None
@@ -82,15 +86,31 @@ class PoseTracker:
     ) -> FramePose | LostReason:
         """Return the frame's pose; on success the frame becomes the last one."""
         T_cam_world, reach_px = self._flow_pose(grey, motion, t_ns)
-        found = self._aligned_pose(pyramid, T_cam_world, reach_px, motion, t_ns)
+        twist = twist_between(motion.T_cam_world, T_cam_world, (t_ns - motion.t_ns) * 1e-9)
+        found = self._aligned_pose(pyramid, T_cam_world, reach_px, twist=twist)
         if isinstance(found, FramePose):
             self._remember(grey, found)
         return found
 
-    def restart_flow(self, grey: ImageArray, found: FramePose) -> None:
-        """Go on from a frame that was posed by other means."""
-        self.candidates.keep(np.zeros(len(self.candidates), bool))
-        self._remember(grey, found)
+    def relocalise(self, grey: ImageArray, pyramid: Pyramid) -> FramePose | LostReason:
+        """Return the pose from the map alone; on success the frame becomes the last one."""
+        self._places.take(self.landmarks)
+        place = self._places.recognise(grey)
+        if place is None:
+            return LostReason.FEW_FEATURES
+        found = self._aligned_pose(pyramid, place.T_cam_world, _PRIOR_REACH_PX, twist=np.zeros(6))
+        if isinstance(found, FramePose):
+            # Once more from the better pose, which lets more points be found.
+            again = self._aligned_pose(
+                pyramid, found.fit.T_cam_world, _FLOW_REACH_PX, twist=np.zeros(6)
+            )
+            found = again
+        if isinstance(found, FramePose):
+            if len(found.rows) < _RELOCALISED_SHARE * found.visible_count:
+                return LostReason.FEW_INLIERS
+            self.candidates.keep(np.zeros(len(self.candidates), bool))
+            self._remember(grey, found)
+        return found
 
     def _flow_pose(
         self, grey: ImageArray, motion: Motion, t_ns: int
@@ -127,8 +147,8 @@ class PoseTracker:
         pyramid: Pyramid,
         T_cam_world: Pose[Cam, World],
         reach_px: float,
-        motion: Motion,
-        t_ns: int,
+        *,
+        twist: FloatArray,
     ) -> FramePose | LostReason:
         view = self._chosen(T_cam_world)
         uv_px, correlation = align_patches(
@@ -139,7 +159,6 @@ class PoseTracker:
         rows, uv_px = view.rows[good], uv_px[good]
         if len(rows) < self._config.least_inliers:
             return LostReason.FEW_FEATURES
-        twist = twist_between(motion.T_cam_world, T_cam_world, (t_ns - motion.t_ns) * 1e-9)
         problem = self._problem(
             self.landmarks.points_world[rows], uv_px, self._config.patch_sigma_px, twist
         )

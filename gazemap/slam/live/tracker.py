@@ -113,6 +113,8 @@ class LiveTracker:
         pyramid = Pyramid.of(grey)
         found = self._poses.pose(grey, pyramid, self._motion, frame.t_ns)
         if isinstance(found, LostReason):
+            found = self._poses.relocalise(grey, pyramid)
+        if isinstance(found, LostReason):
             return self._lost(frame.t_ns, found)
         self._motion.observe(found.fit.T_cam_world, frame.t_ns)
         if self._wants_keyframe(found):

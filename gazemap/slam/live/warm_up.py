@@ -5,6 +5,7 @@ import numpy as np
 from gazemap.geometry.pose import Pose
 from gazemap.slam.live.bundle import BundleProblem, adjust_bundle
 from gazemap.slam.live.patches import Pyramid, align_patches, cut_patches
+from gazemap.slam.live.places import describe
 from gazemap.slam.live.refine import PoseProblem, refine_pose
 
 
@@ -23,6 +24,7 @@ def warm_up_tracking() -> None:
         twist=np.zeros(6),
     )
     refine_pose(Pose.identity(), problem)
+    describe(cut_patches(pyramid, uv_px))
 
 
 def warm_up_mapping() -> None:
