@@ -1,5 +1,6 @@
 """Similarities: what maps one world onto another where rotation, origin and scale differ."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
@@ -69,4 +70,27 @@ def fit_similarity(points_b: FloatArray, points_a: FloatArray) -> Similarity[A, 
     sign = np.array([1.0, 1.0, np.sign(np.linalg.det(left) * np.linalg.det(right))])
     R = (left * sign) @ right
     scale = float((spread * sign).sum() / ((points_b - mean_b) ** 2).sum(axis=1).mean())
+    return Similarity(scale=scale, R=R, t=mean_a - scale * R @ mean_b)
+
+
+def fit_similarity_of_poses(
+    poses_b: Sequence[Pose[B, C]], poses_a: Sequence[Pose[A, C]]
+) -> Similarity[A, B] | None:
+    """Return the `S_a_b` under which poses of the same cameras agree; None without a baseline.
+
+    Rotations come from the orientations, so that two cameras are enough; the scale is that of
+    the centres.
+    """
+    if len(poses_b) < 2:
+        return None
+    turns = [T_a.R @ T_b.R.T for T_a, T_b in zip(poses_a, poses_b, strict=True)]
+    left, _, right = np.linalg.svd(np.sum(turns, axis=0))
+    R = left @ np.diag([1.0, 1.0, np.linalg.det(left @ right)]) @ right
+    centres_a, centres_b = np.array([T.t for T in poses_a]), np.array([T.t for T in poses_b])
+    mean_a, mean_b = centres_a.mean(axis=0), centres_b.mean(axis=0)
+    arms_b = (centres_b - mean_b) @ R.T
+    spread = float((arms_b**2).sum())
+    scale = float((arms_b * (centres_a - mean_a)).sum()) / max(spread, 1e-300)
+    if not (spread > 1e-18 and scale > 1e-9):
+        return None
     return Similarity(scale=scale, R=R, t=mean_a - scale * R @ mean_b)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from gazemap.errors import SolverError
-from gazemap.geometry.align import Similarity
+from gazemap.geometry.align import Similarity, fit_similarity_of_poses
 from gazemap.geometry.arrays import BoolArray, FloatArray, IntArray
 from gazemap.geometry.pose import Pose, World
 from gazemap.slam.live.bundle import BundleProblem, adjust_bundle
@@ -121,29 +121,9 @@ def hold_gauge(sparse: SparseMap) -> None:
     Origin, heading and scale are free without tags; users have seen the published ones.
     """
     keyframes = list(sparse.keyframes.values())
-    now = [k.T_cam_world.inverse() for k in keyframes]
-    told = [k.T_cam_world_published.inverse() for k in keyframes]
-    U, _, Vt = np.linalg.svd(sum(a.R @ b.R.T for a, b in zip(told, now, strict=True)))
-    R = U @ Vt
-    p_now, p_told = np.array([T.t for T in now]), np.array([T.t for T in told])
-    arms_now = (p_now - p_now.mean(axis=0)) @ R.T
-    arms_told = p_told - p_told.mean(axis=0)
-    scale = float((arms_now * arms_told).sum() / max(float((arms_now**2).sum()), 1e-12))
-    if not 0.2 < scale < 5.0:
-        return
-    S: Similarity[World, World] = Similarity(
-        scale=scale, R=R, t=p_told.mean(axis=0) - scale * R @ p_now.mean(axis=0)
+    S: Similarity[World, World] | None = fit_similarity_of_poses(
+        [k.T_cam_world.inverse() for k in keyframes],
+        [k.T_cam_world_published.inverse() for k in keyframes],
     )
-    for keyframe in keyframes:
-        keyframe.T_cam_world = S.transform_pose(keyframe.T_cam_world.inverse()).inverse()
-        keyframe.twist[3:] *= S.scale
-    sparse.features.points_world = S.transform(sparse.features.points_world)
-
-
-def typical_depth(sparse: SparseMap) -> float:
-    """Return the median distance of the points from the latest keyframe."""
-    points = sparse.features.points_world[sparse.features.mapped]
-    latest = sparse.keyframes[max(sparse.keyframes)]
-    if len(points) == 0:
-        return 1.0
-    return float(np.median(np.linalg.norm(points - latest.T_cam_world.inverse().t, axis=1)))
+    if S is not None and 0.2 < S.scale < 5.0:
+        sparse.move(S)

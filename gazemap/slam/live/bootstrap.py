@@ -57,8 +57,16 @@ class _Snapshot:
 class Bootstrap:
     """Follows corners from a first frame until they have parallax."""
 
-    def __init__(self, camera: Camera, config: BootstrapConfig, front_end: FrontEndConfig) -> None:
-        """Start without frames."""
+    def __init__(
+        self,
+        camera: Camera,
+        *,
+        config: BootstrapConfig,
+        front_end: FrontEndConfig,
+        rng: np.random.Generator,
+    ) -> None:
+        """Start without frames; `rng` samples the hypotheses."""
+        self._rng = rng
         self._camera, self._config, self._front_end = camera, config, front_end
         self._snapshots: list[_Snapshot] = []
         self._alive: BoolArray = np.empty(0, bool)
@@ -99,6 +107,9 @@ class Bootstrap:
         if np.median(flow_px) < self._config.least_flow_px:
             return None
         xy = self._camera.normalize(first.uv_px[rows]), self._camera.normalize(last.uv_px[rows])
+        if _turn_residual(*xy) * float(self._camera.K[0, 0]) < self._config.least_parallax_px:
+            return None
+        cv2.setRNGSeed(int(self._rng.integers(2**31)))
         geometry = _best_geometry(*xy, threshold=_THRESHOLD_PX / float(self._camera.K[0, 0]))
         if geometry is None or geometry.parallax_deg < self._config.least_parallax_deg:
             return None
@@ -160,10 +171,27 @@ def _best_geometry(xy_a: FloatArray, xy_b: FloatArray, *, threshold: float) -> _
     return best
 
 
+def _turn_residual(xy_a: FloatArray, xy_b: FloatArray) -> float:
+    """Return the upper quartile of what a pure turn of the camera leaves of the motion.
+
+    Two-view geometry invents a baseline for a turn; what a turn explains holds no depth.
+    """
+    rays_a, rays_b = (np.column_stack([xy, np.ones(len(xy))]) for xy in (xy_a, xy_b))
+    rays_a /= np.linalg.norm(rays_a, axis=1, keepdims=True)
+    rays_b /= np.linalg.norm(rays_b, axis=1, keepdims=True)
+    weight = np.ones(len(rays_a))
+    residual = weight
+    for _ in range(4):
+        left, _, right = np.linalg.svd((rays_b * weight[:, None]).T @ rays_a)
+        R = left @ np.diag([1.0, 1.0, np.linalg.det(left @ right)]) @ right
+        residual = np.linalg.norm(rays_a @ R.T - rays_b, axis=1)
+        weight = 1.0 / (1.0 + (residual / (float(np.median(residual)) + 1e-9)) ** 2)
+    return float(np.quantile(residual, 0.75))
+
+
 def _from_essential(
     xy_a: FloatArray, xy_b: FloatArray, threshold: float
 ) -> list[tuple[FloatArray, FloatArray]]:
-    cv2.setRNGSeed(0)
     found, mask = cv2.findEssentialMat(xy_a, xy_b, np.eye(3), cv2.RANSAC, 0.999, threshold, 500)
     essential = np.asarray(found, dtype=np.float64).reshape(-1, 3)
     if len(essential) < 3:

@@ -40,12 +40,14 @@ class BootstrapConfig:
         corners: that are followed.
         least_flow_px: median motion below which no geometry is tried.
         least_parallax_deg: median angle between the two rays of a point.
+        least_parallax_px: upper quartile of the motion that a turn does not explain.
         longest_frames: after so many frames the start is tried anew.
     """
 
     corners: int = 400
     least_flow_px: float = 8.0
     least_parallax_deg: float = 0.5
+    least_parallax_px: float = 2.0
     longest_frames: int = 60
 
 
@@ -83,6 +85,8 @@ class LiveConfig:
         lag_frames: the map that a keyframe leads to is taken over so many frames later. None takes
             it over as soon as it is there, which is what a camera wants; a number waits for it,
             so that a recording gives the same poses each time.
+        new_map_after_s: a track that is lost for longer starts another map, which is merged when
+            it meets the one before.
     """
 
     front_end: FrontEndConfig = field(default_factory=FrontEndConfig)
@@ -90,3 +94,4 @@ class LiveConfig:
     mapping: MappingConfig = field(default_factory=MappingConfig)
     in_process: bool = False
     lag_frames: int | None = None
+    new_map_after_s: float = 2.0

@@ -8,10 +8,11 @@ from gazemap.geometry.align import Similarity
 from gazemap.geometry.arrays import BoolArray, FloatArray, ImageArray, IntArray
 from gazemap.geometry.camera import Camera
 from gazemap.geometry.pose import Cam, Pose, World
-from gazemap.slam.live.landmarks import host_steps
+from gazemap.slam.live.landmarks import Landmarks, host_steps
 from gazemap.slam.live.messages import KeyframeNote
 from gazemap.slam.live.patches import LEVELS, STORED_SIDE, Pyramid, cut_patches
 from gazemap.slam.tags import TagView
+from gazemap.types.tracking import Scale
 
 
 @dataclass(slots=True, kw_only=True, eq=False)
@@ -19,12 +20,13 @@ class Keyframe:
     """A keyframe; its pose moves as the map is adjusted.
 
     Attributes:
+        pyramid: its image; None in a map that was loaded.
         T_cam_world_published: the pose that users were told, which holds the gauge.
     """
 
     keyframe_id: int
     t_ns: int
-    pyramid: Pyramid
+    pyramid: Pyramid | None
     T_cam_world: Pose[Cam, World]
     T_cam_world_published: Pose[Cam, World]
     twist: FloatArray
@@ -88,9 +90,11 @@ class Measurements:
 class SparseMap:
     """Keyframes, features and measurements of one map."""
 
-    def __init__(self, camera: Camera) -> None:
+    def __init__(self, camera: Camera, *, map_id: int = 0) -> None:
         """Start empty."""
         self.camera = camera
+        self.map_id = map_id
+        self.scale = Scale.ARBITRARY
         self.keyframes: dict[int, Keyframe] = {}
         self.features = Features()
         self.measurements = Measurements()
@@ -111,19 +115,19 @@ class SparseMap:
         self.measure(
             note.keyframe_id, note.ids[known], note.uv_px[known], sigma_px=note.sigma_px[known]
         )
-        self._add_features(keyframe, note.born_ids, note.born_uv_px)
+        self._add_features(note)
         return keyframe
 
-    def _add_features(self, keyframe: Keyframe, ids: IntArray, uv_px: FloatArray) -> None:
+    def _add_features(self, note: KeyframeNote) -> None:
+        ids, uv_px, f = note.born_ids, note.born_uv_px, self.features
         if len(ids) == 0:
             return
-        f = self.features
         f.ids = np.concatenate([f.ids, ids])
-        f.host = np.concatenate([f.host, np.full(len(ids), keyframe.keyframe_id)])
+        f.host = np.concatenate([f.host, np.full(len(ids), note.keyframe_id)])
         f.steps = np.concatenate([f.steps, host_steps(self.camera, uv_px)])
-        f.references = np.concatenate([f.references, cut_patches(keyframe.pyramid, uv_px)])
+        f.references = np.concatenate([f.references, cut_patches(Pyramid.of(note.grey), uv_px)])
         f.points_world = np.concatenate([f.points_world, np.full((len(ids), 3), np.nan)])
-        self.measure(keyframe.keyframe_id, ids, uv_px, sigma_px=np.full(len(ids), 0.1))
+        self.measure(note.keyframe_id, ids, uv_px, sigma_px=np.full(len(ids), 0.1))
 
     def measure(
         self, keyframe_id: int, ids: IntArray, uv_px: FloatArray, *, sigma_px: FloatArray
@@ -147,14 +151,60 @@ class SparseMap:
         steps = np.einsum("nij,nkj->nki", R, self.features.steps[rows, 1:]) * range_[:, None, None]
         return steps, -away / range_[:, None]
 
-    def transform(self, S: Similarity[World, World]) -> None:
-        """Move the whole map, published poses included."""
+    def move(self, S: Similarity[World, World]) -> None:
+        """Move keyframes and points; what was published stays."""
         for keyframe in self.keyframes.values():
             keyframe.T_cam_world = S.transform_pose(keyframe.T_cam_world.inverse()).inverse()
+            keyframe.twist = keyframe.twist * np.array([1, 1, 1, *[S.scale] * 3])
+        self.features.points_world = S.transform(self.features.points_world)
+
+    def transform(self, S: Similarity[World, World]) -> None:
+        """Move the whole map into another world, published poses included."""
+        self.move(S)
+        for keyframe in self.keyframes.values():
             published = S.transform_pose(keyframe.T_cam_world_published.inverse())
             keyframe.T_cam_world_published = published.inverse()
-            keyframe.twist[3:] *= S.scale
-        self.features.points_world = S.transform(self.features.points_world)
+
+    def absorb(self, other: "SparseMap") -> None:
+        """Take over all of another map, which is in the same world already."""
+        self.keyframes = dict(sorted({**self.keyframes, **other.keyframes}.items()))
+        mine, theirs = self.features, other.features
+        order = np.argsort(np.concatenate([mine.ids, theirs.ids]), kind="stable")
+        self.features = Features(
+            ids=np.concatenate([mine.ids, theirs.ids])[order],
+            host=np.concatenate([mine.host, theirs.host])[order],
+            steps=np.concatenate([mine.steps, theirs.steps])[order],
+            references=np.concatenate([mine.references, theirs.references])[order],
+            points_world=np.concatenate([mine.points_world, theirs.points_world])[order],
+        )
+        m, n = self.measurements, other.measurements
+        self.measurements = Measurements(
+            keyframe=np.concatenate([m.keyframe, n.keyframe]),
+            feature=np.concatenate([m.feature, n.feature]),
+            uv_px=np.concatenate([m.uv_px, n.uv_px]),
+            xy=np.concatenate([m.xy, n.xy]),
+            sigma_px=np.concatenate([m.sigma_px, n.sigma_px]),
+        )
+
+    def view_counts(self) -> IntArray:
+        """Return by how many keyframes each feature (N,) was measured."""
+        rows = self.features.rows_of(self.measurements.feature)
+        return np.bincount(rows, minlength=len(self.features.ids))
+
+    def landmarks(self, ids_with_references: IntArray | None = None) -> Landmarks:
+        """Return the points as tracking wants them, with the references of some or of all."""
+        f = self.features
+        rows = np.flatnonzero(f.mapped)
+        steps, facing = self.surface_steps(rows)
+        chosen = rows if ids_with_references is None else f.rows_of(ids_with_references)
+        return Landmarks(
+            ids=f.ids[rows],
+            points_world=f.points_world[rows],
+            step_world=steps,
+            facing_world=facing,
+            view_count=self.view_counts()[rows],
+            references=f.references[chosen],
+        )
 
     def drop_features(self, ids: IntArray) -> None:
         """Take features out with their measurements."""

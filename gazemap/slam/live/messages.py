@@ -1,6 +1,7 @@
 """What tracking and mapping tell each other; every record can cross a process boundary."""
 
 from dataclasses import dataclass
+from pathlib import Path
 
 from gazemap.geometry.arrays import FloatArray, ImageArray, IntArray
 from gazemap.geometry.pose import Cam, Pose, World
@@ -46,7 +47,21 @@ class StartNote:
     keyframes: tuple[KeyframeNote, ...]
 
 
-Note = KeyframeNote | StartNote
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SaveNote:
+    """Write the map to a file."""
+
+    path: Path
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LoadNote:
+    """Go on in a map that was saved."""
+
+    path: Path
+
+
+Note = KeyframeNote | StartNote | SaveNote | LoadNote
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -83,4 +98,20 @@ class StartRefused:
     reason: str
 
 
-Reply = MapUpdate | StartRefused
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Saved:
+    """The map was written."""
+
+    path: Path
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Refused:
+    """A file that cannot be used: the parts of an InputError, which crosses the process."""
+
+    what: str
+    where: str
+    todo: str
+
+
+Reply = MapUpdate | StartRefused | Saved | Refused

@@ -19,6 +19,7 @@ from gazemap.geometry.compiled import compiled
 from gazemap.geometry.pose import Cam, Pose, World
 from gazemap.slam.live.landmarks import Landmarks
 from gazemap.slam.live.patches import STORED_RADIUS, Pyramid, cut_patches
+from gazemap.slam.live.refine import PoseProblem, refine_pose
 
 _BITS = 256
 _REACH = 12.0
@@ -26,6 +27,8 @@ _CENTRE = STORED_RADIUS + 0.5
 _QUERY_CORNERS = 700
 _WORST_DISTANCE = 64
 _THRESHOLD_PX = 4.0
+# Corners are found on even pixels and again: hardly better than a pixel.
+_CORNER_SIGMA_PX = 1.2
 _LEAST_INLIERS = 12
 _LARGEST_INDEX = 6000
 
@@ -125,8 +128,22 @@ class PlaceIndex:
         inlier = np.ravel(solved[3] if solved[0] else []).astype(np.int64)
         if len(inlier) < _LEAST_INLIERS:
             return None
-        T: Pose[Cam, World] = Pose.from_rotvec(np.ravel(solved[1]), np.ravel(solved[2]))
+        start: Pose[Cam, World] = Pose.from_rotvec(np.ravel(solved[1]), np.ravel(solved[2]))
+        T = self._refined(start, self._landmarks.points_world[rows[inlier]], xy[inlier])
         return Place(T_cam_world=T, ids=self._landmarks.ids[rows[inlier]], uv_px=uv_px[inlier])
+
+    def _refined(
+        self, start: Pose[Cam, World], points_world: FloatArray, xy: FloatArray
+    ) -> Pose[Cam, World]:
+        problem = PoseProblem(
+            points_world=points_world,
+            xy=xy,
+            sigma=np.full(len(xy), _CORNER_SIGMA_PX / float(self._camera.K[0, 0])),
+            dt_s=np.zeros(len(xy)),
+            twist=np.zeros(6),
+        )
+        fit = refine_pose(start, problem)
+        return fit.T_cam_world if fit is not None else start
 
     def _matches(self, query: "Query") -> tuple[IntArray, FloatArray]:
         """Return landmarks (M,) and pixels (M, 2) whose descriptors choose each other."""

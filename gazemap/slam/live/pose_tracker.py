@@ -92,6 +92,11 @@ class PoseTracker:
             self._remember(grey, found)
         return found
 
+    def forget_frame(self) -> None:
+        """Forget the last frame and its corners: the map is another one."""
+        self._grey = None
+        self.candidates.keep(np.zeros(len(self.candidates), bool))
+
     def relocalise(self, grey: ImageArray, pyramid: Pyramid) -> FramePose | LostReason:
         """Return the pose from the map alone; on success the frame becomes the last one."""
         self._places.take(self.landmarks)

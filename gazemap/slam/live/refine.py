@@ -12,6 +12,9 @@ from gazemap.geometry.arrays import BoolArray, FloatArray
 from gazemap.geometry.compiled import compiled
 from gazemap.geometry.pose import Cam, Pose, World
 
+# The map's own errors are shared by all points, so a perfect fit is not trusted fully.
+_SCATTER_LIMITS = (0.1, 10.0)
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PoseProblem:
@@ -140,7 +143,11 @@ def refine_pose(
         return None
     if not (np.isfinite(R).all() and np.isfinite(t).all() and np.isfinite(cov).all()):
         return None
+    # The median of a squared Rayleigh variable is 1.386: what the points really scatter by.
+    scatter = float(np.clip(np.median(error) ** 2 / 1.386, *_SCATTER_LIMITS))
     U, _, Vt = np.linalg.svd(R)
     return PoseFit(
-        T_cam_world=Pose(R=U @ Vt, t=t), cov_cam=np.asarray(cov, dtype=np.float64), error=error
+        T_cam_world=Pose(R=U @ Vt, t=t),
+        cov_cam=scatter * np.asarray(cov, dtype=np.float64),
+        error=error,
     )

@@ -1,21 +1,31 @@
 """Live tracking: one frame in, one outcome out, never looking ahead."""
 
+from pathlib import Path
 from types import TracebackType
 from typing import Self
 
 import numpy as np
 
-from gazemap.geometry.arrays import FloatArray, ImageArray, IntArray
+from gazemap.errors import InputError, SolverError
+from gazemap.geometry.arrays import FloatArray, ImageArray
 from gazemap.geometry.camera import Camera
-from gazemap.geometry.pose import Cam, Pose, World
+from gazemap.geometry.pose import Pose
 from gazemap.slam.grey import to_grey
-from gazemap.slam.live.bootstrap import Bootstrap, Start
+from gazemap.slam.live.bootstrap import Bootstrap
 from gazemap.slam.live.config import LiveConfig
-from gazemap.slam.live.corners import find_corners
 from gazemap.slam.live.link import InlineLink, MappingLink
 from gazemap.slam.live.mapper import Mapper
-from gazemap.slam.live.messages import KeyframeNote, MapUpdate, StartNote
+from gazemap.slam.live.messages import (
+    KeyframeNote,
+    LoadNote,
+    MapUpdate,
+    Note,
+    Refused,
+    Reply,
+    SaveNote,
+)
 from gazemap.slam.live.motion import Motion
+from gazemap.slam.live.notes import Notes, depth_of, distance_from_keyframes
 from gazemap.slam.live.patches import Pyramid
 from gazemap.slam.live.pose_tracker import FramePose, PoseTracker
 from gazemap.slam.live.warm_up import warm_up_tracking
@@ -25,9 +35,17 @@ from gazemap.types.map import MapEvent, MapEventKind
 from gazemap.types.session import TagLayout
 from gazemap.types.tracking import Lost, LostReason, Scale, Tracked, TrackingOutcome
 
+# With so few of the points that a keyframe should show, the view has changed much.
+_THIN_SHARE = 0.4
+_THIN_GAP_FRAMES = 10
+
 
 class LiveTracker:
-    """Tracks a head camera frame by frame while a map grows beside it."""
+    """Tracks a head camera frame by frame while a map grows beside it.
+
+    Mapping runs in a child process that is spawned: a script that uses this needs the usual
+    `if __name__ == "__main__"`. Close the tracker, or use it in a with block.
+    """
 
     def __init__(
         self,
@@ -43,29 +61,27 @@ class LiveTracker:
             camera: the head camera.
             layout: tags that set the world, or None.
             config: settings.
-            rng: for what samples at random.
+            rng: samples the hypotheses of a start; one with seed 0 by default.
         """
-        self._camera = camera
         self._config = config if config is not None else LiveConfig()
-        self._rng = rng if rng is not None else np.random.default_rng(0)
         warm_up_tracking()
-        self._link: MappingLink = self._linked(layout)
-        self._bootstrap = Bootstrap(camera, self._config.bootstrap, self._config.front_end)
+        self._link = _linked(camera, layout, self._config)
+        self._bootstrap = Bootstrap(
+            camera,
+            config=self._config.bootstrap,
+            front_end=self._config.front_end,
+            rng=rng if rng is not None else np.random.default_rng(0),
+        )
         self._poses = PoseTracker(camera, self._config.front_end)
+        self._notes = Notes(self._config)
         self._motion: Motion | None = None
         self._update: MapUpdate | None = None
         self._pending: tuple[KeyframeNote, int] | None = None
         self._events: list[MapEvent] = []
-        self._next_id = 0
-        self._next_keyframe = 0
+        self._newest_map_id = -1
         self._frame_count = 0
         self._keyframe_frame = 0
-        self._was_lost = False
-
-    def _linked(self, layout: TagLayout | None) -> MappingLink:
-        if self._config.in_process:
-            return InlineLink(Mapper(self._camera, layout=layout, config=self._config))
-        return ProcessLink(self._camera, layout=layout, config=self._config)
+        self._lost_since_ns: int | None = None
 
     def __enter__(self) -> Self:
         return self
@@ -101,6 +117,24 @@ class LiveTracker:
         events, self._events = tuple(self._events), []
         return events
 
+    def save(self, path: Path) -> None:
+        """Write the map to a file, whole or not at all; mapping is waited for."""
+        self._receive(wait=True)
+        self._ask(SaveNote(path=path))
+
+    def load(self, path: Path) -> None:
+        """Go on in a map that was saved; the first frame that is recognised has a pose in it.
+
+        Raises:
+            InputError: if the file cannot be used.
+        """
+        reply = self._ask(LoadNote(path=path))
+        if isinstance(reply, MapUpdate):
+            self._notes.start_after(reply)
+            self._motion = Motion(Pose.identity(), 0)
+            self._lost_since_ns = reply.events[0].t_ns
+            self._take(reply)
+
     def track(self, frame: Frame) -> TrackingOutcome:
         """Return where the camera was, from this frame and those before it."""
         grey = to_grey(frame.image)
@@ -110,20 +144,33 @@ class LiveTracker:
             return self._lost(frame.t_ns, LostReason.BLANK)
         if self._motion is None:
             return self._begin(grey, frame.t_ns)
-        pyramid = Pyramid.of(grey)
-        found = self._poses.pose(grey, pyramid, self._motion, frame.t_ns)
+        found = self._found(grey, frame.t_ns, self._motion)
         if isinstance(found, LostReason):
-            found = self._poses.relocalise(grey, pyramid)
-        if isinstance(found, LostReason):
-            return self._lost(frame.t_ns, found)
+            self._lost(frame.t_ns, found)
+            return self._begin_anew(grey, frame.t_ns, found)
         self._motion.observe(found.fit.T_cam_world, frame.t_ns)
         if self._wants_keyframe(found):
-            self._send_keyframe(grey, pyramid, found, frame.t_ns)
+            note = self._notes.keyframe(
+                self._poses, found, grey=grey, twist=self._motion.twist, t_ns=frame.t_ns
+            )
+            self._link.send(note)
+            self._pending = (note, self._frame_count)
+            self._keyframe_frame = self._frame_count
         return self._tracked(found, frame.t_ns)
 
+    def _found(self, grey: ImageArray, t_ns: int, motion: Motion) -> FramePose | LostReason:
+        pyramid = Pyramid.of(grey)
+        if self._lost_since_ns is None:
+            found = self._poses.pose(grey, pyramid, motion, t_ns)
+            if isinstance(found, FramePose):
+                return found
+        return self._poses.relocalise(grey, pyramid)
+
     def _tracked(self, found: FramePose, t_ns: int) -> Tracked:
-        was_lost, self._was_lost = self._was_lost, False
+        was_lost = self._lost_since_ns is not None
         if was_lost:
+            self._lost_since_ns = None
+            self._bootstrap.reset()
             self._say(MapEventKind.RELOCALISED, t_ns)
         return Tracked(
             t_ns=t_ns,
@@ -134,11 +181,10 @@ class LiveTracker:
         )
 
     def _lost(self, t_ns: int, reason: LostReason) -> Lost:
-        if self._motion is not None:
+        if self._motion is not None and self._lost_since_ns is None:
             self._motion.rest()
-            if not self._was_lost:
-                self._say(MapEventKind.LOST, t_ns)
-            self._was_lost = True
+            self._lost_since_ns = t_ns
+            self._say(MapEventKind.LOST, t_ns)
         return Lost(t_ns=t_ns, reason=reason)
 
     def _say(self, kind: MapEventKind, t_ns: int) -> None:
@@ -146,71 +192,60 @@ class LiveTracker:
             MapEvent(kind=kind, t_ns=t_ns, map_id=self.map_id, old_map_id=self.map_id)
         )
 
+    def _begin_anew(self, grey: ImageArray, t_ns: int, reason: LostReason) -> TrackingOutcome:
+        """Start another map when the way back was not found for long."""
+        patience_ns = int(self._config.new_map_after_s * 1e9)
+        if self._lost_since_ns is None or t_ns - self._lost_since_ns < patience_ns:
+            return Lost(t_ns=t_ns, reason=reason)
+        self._receive(wait=True)
+        return self._begin(grey, t_ns)
+
     def _begin(self, grey: ImageArray, t_ns: int) -> TrackingOutcome:
         start = self._bootstrap.push(grey, t_ns)
         if start is None:
             return Lost(t_ns=t_ns, reason=LostReason.STARTING)
-        self._link.send(self._start_note(start))
-        reply = self._link.wait()
+        reply = self._ask(self._notes.start(start, map_id=self._newest_map_id + 1))
         if not isinstance(reply, MapUpdate):
             return Lost(t_ns=t_ns, reason=LostReason.STARTING)
         self._bootstrap.reset()
         self._motion = Motion(reply.T_cam_world, t_ns)
+        self._lost_since_ns = None
+        self._poses.forget_frame()
         self._take(reply)
-        pyramid = Pyramid.of(grey)
-        found = self._poses.pose(grey, pyramid, self._motion, t_ns)
+        found = self._poses.pose(grey, Pyramid.of(grey), self._motion, t_ns)
         if isinstance(found, LostReason):
             return self._lost(t_ns, found)
         return self._tracked(found, t_ns)
 
-    def _start_note(self, start: Start) -> StartNote:
-        ids = self._new_ids(len(start.views[0].uv_px))
-        none = np.empty(0, np.int64)
-        notes = []
-        for n, view in enumerate(start.views):
-            notes.append(
-                KeyframeNote(
-                    keyframe_id=self._new_keyframe_id(),
-                    t_ns=view.t_ns,
-                    grey=view.grey,
-                    T_cam_world=view.T_cam_world,
-                    twist=np.zeros(6),
-                    ids=ids if n > 0 else none,
-                    uv_px=view.uv_px if n > 0 else np.empty((0, 2)),
-                    sigma_px=np.full(len(ids) if n > 0 else 0, 1.0),
-                    born_ids=ids if n == 0 else none,
-                    born_uv_px=view.uv_px if n == 0 else np.empty((0, 2)),
-                )
-            )
-        return StartNote(map_id=self.map_id, keyframes=tuple(notes))
+    def _ask(self, note: Note) -> Reply:
+        """Send a note and wait for its reply; no keyframe is pending then."""
+        self._link.send(note)
+        reply = self._link.wait()
+        if isinstance(reply, Refused):
+            raise InputError(reply.what, where=reply.where, todo=reply.todo)
+        return reply
 
-    def _new_ids(self, count: int) -> IntArray:
-        ids = np.arange(self._next_id, self._next_id + count)
-        self._next_id += count
-        return ids
-
-    def _new_keyframe_id(self) -> int:
-        self._next_keyframe += 1
-        return self._next_keyframe - 1
-
-    def _receive(self) -> None:
+    def _receive(self, *, wait: bool = False) -> None:
         """Take over the map that the last keyframe led to, if it is time."""
         if self._pending is None:
             return
         lag = self._config.lag_frames
-        if lag is None:
-            reply = self._link.poll()
+        is_due = lag is not None and self._frame_count - self._pending[1] >= lag
+        if wait or is_due:
+            reply: Reply | None = self._link.wait()
         else:
-            is_due = self._frame_count - self._pending[1] >= lag
-            reply = self._link.wait() if is_due else None
-        if not isinstance(reply, MapUpdate):
+            reply = self._link.poll() if lag is None else None
+        if reply is None:
             return
+        if not isinstance(reply, MapUpdate):
+            raise SolverError(f"mapping: a map was expected, got {type(reply).__name__}")
         note, self._pending = self._pending[0], None
         self._correct(note, reply)
         self._take(reply)
 
     def _take(self, update: MapUpdate) -> None:
         self._update = update
+        self._newest_map_id = max(self._newest_map_id, update.map_id)
         self._events.extend(update.events)
         self._poses.take(update)
 
@@ -232,49 +267,15 @@ class LiveTracker:
         gap = self._frame_count - self._keyframe_frame
         if self._pending is not None or gap < config.keyframe_gap_frames or self._update is None:
             return False
-        T_world_cam = found.fit.T_cam_world.inverse()
-        points = self._poses.landmarks.points_world[found.rows]
-        depth = float(np.median(np.linalg.norm(points - T_world_cam.t, axis=1)))
-        moved = np.linalg.norm(self._update.keyframe_centres_world - T_world_cam.t, axis=1) / depth
-        cosine = self._update.keyframe_axes_world @ T_world_cam.R[:, 2]
-        turned = np.arccos(np.clip(cosine, -1.0, 1.0))
-        is_new = float((moved + 0.5 * turned).min()) > config.keyframe_distance
-        is_thin = len(found.rows) < 0.4 * self._config.front_end.aligned_landmarks and gap > 10
-        return is_new or is_thin
+        distance = distance_from_keyframes(
+            self._update, found.fit.T_cam_world.inverse(), depth=depth_of(self._poses, found)
+        )
+        few = _THIN_SHARE * self._config.front_end.aligned_landmarks
+        is_thin = len(found.rows) < few and gap > _THIN_GAP_FRAMES
+        return distance > config.keyframe_distance or is_thin
 
-    def _send_keyframe(
-        self, grey: ImageArray, pyramid: Pyramid, found: FramePose, t_ns: int
-    ) -> None:
-        if self._motion is None:
-            return
-        T_cam_world: Pose[Cam, World] = found.fit.T_cam_world
-        candidates = self._poses.candidates
-        ids, uv_px = candidates.aligned(pyramid, T_cam_world)
-        candidates.keep(np.isin(candidates.ids, ids))
-        taken = np.concatenate([found.uv_px, uv_px])
-        room = self._config.front_end.candidates - len(candidates)
-        born_px = find_corners(grey, taken, count=room)
-        born_ids = self._new_ids(len(born_px))
-        points = self._poses.landmarks.points_world[found.rows]
-        depth = float(np.median(np.linalg.norm(points - T_cam_world.inverse().t, axis=1)))
-        candidates.add(
-            born_ids, born_px, pyramid=pyramid, T_world_cam=T_cam_world.inverse(), depth=depth
-        )
-        sigma_px = self._config.front_end.patch_sigma_px
-        note = KeyframeNote(
-            keyframe_id=self._new_keyframe_id(),
-            t_ns=t_ns,
-            grey=grey,
-            T_cam_world=T_cam_world,
-            twist=self._motion.twist,
-            ids=np.concatenate([self._poses.landmarks.ids[found.rows], ids]),
-            uv_px=taken,
-            sigma_px=np.concatenate(
-                [np.full(len(found.rows), sigma_px), np.full(len(ids), 1.3 * sigma_px)]
-            ),
-            born_ids=born_ids,
-            born_uv_px=born_px,
-        )
-        self._link.send(note)
-        self._pending = (note, self._frame_count)
-        self._keyframe_frame = self._frame_count
+
+def _linked(camera: Camera, layout: TagLayout | None, config: LiveConfig) -> MappingLink:
+    if config.in_process:
+        return InlineLink(Mapper(camera, layout=layout, config=config))
+    return ProcessLink(camera, layout=layout, config=config)
