@@ -30,8 +30,15 @@ def read_yaml(path: Path) -> Document:
     try:
         content = yaml.safe_load(text)
     except yaml.YAMLError as error:
-        raise InputError(f"no YAML ({error})", where=path, todo="correct the file") from error
+        raise InputError(_yaml_problem(error), where=path, todo="correct the file") from error
     return _mapping(content, path)
+
+
+def _yaml_problem(error: yaml.YAMLError) -> str:
+    """Return in one line what PyYAML says in several."""
+    if isinstance(error, yaml.MarkedYAMLError) and error.problem_mark is not None:
+        return f"no YAML (line {error.problem_mark.line + 1}: {error.problem})"
+    return "no YAML (" + " ".join(str(error).split()) + ")"
 
 
 def numbers(document: Document, key: str, *, path: Path | str) -> FloatArray:

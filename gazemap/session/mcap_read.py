@@ -13,7 +13,16 @@ from zstandard import ZstdError
 from gazemap.errors import InputError
 from gazemap.wire.streams import Stream
 
-_DAMAGE = (McapError, CRCValidationError, ZstdError, struct.error, UnicodeDecodeError)
+# A damaged length may ask for more than there is memory.
+_DAMAGE = (
+    McapError,
+    CRCValidationError,
+    ZstdError,
+    struct.error,
+    UnicodeDecodeError,
+    OverflowError,
+    MemoryError,
+)
 _STREAMS = {stream.value: stream for stream in Stream}
 
 

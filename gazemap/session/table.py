@@ -10,6 +10,7 @@ import numpy as np
 from gazemap.errors import InputError
 from gazemap.geometry.arrays import BoolArray, FloatArray, IntArray
 
+_SHOWN_CHARACTERS = 160
 _TRUE, _FALSE = frozenset({"1", "1.0", "true"}), frozenset({"0", "0.0", "false"})
 
 
@@ -38,7 +39,7 @@ class Table:
         """Return a column's fields."""
         if name not in self.columns:
             raise InputError(
-                f"no column '{name}'; found: {', '.join(self.columns) or 'none'}",
+                f"no column '{name}'; found: {_shown(', '.join(self.columns))}",
                 where=self.path,
                 todo="name the columns as the format asks",
             )
@@ -86,7 +87,7 @@ class Table:
     def wrong_field(self, row: int, *, name: str, wanted: str) -> InputError:
         """Return the error that names a field that cannot be used."""
         return InputError(
-            f"column '{name}': {wanted} expected, got '{self.columns[name][row]}'",
+            f"column '{name}': {wanted} expected, got '{_shown(self.columns[name][row])}'",
             where=f"{self.path}, line {self.lines[row]}",
             todo="correct the line or export the file again",
         )
@@ -127,6 +128,12 @@ def _parse(file: TextIO, path: Path) -> Table:
         lines.append(rows.line_num)
     columns = {name: [row[i].strip() for row in fields] for i, name in enumerate(names)}
     return Table(path=path, columns=columns, lines=lines)
+
+
+def _shown(text: str) -> str:
+    """Return a field so that it fits into a line, also where a stray quote swallowed lines."""
+    line = " ".join(text.split())
+    return line if len(line) <= _SHOWN_CHARACTERS else line[:_SHOWN_CHARACTERS] + "..."
 
 
 def times_ns(table: Table, name: str) -> tuple[IntArray, BoolArray]:

@@ -8,6 +8,7 @@ import av
 import cv2
 import numpy as np
 from av.bitstream import BitStreamFilterContext
+from av.container import InputContainer
 
 from gazemap.errors import InputError
 from gazemap.geometry.arrays import ImageArray
@@ -38,7 +39,7 @@ class VideoFile:
         """
         index = 0
         try:
-            with av.open(self.path) as container:
+            with _open(self.path) as container:
                 stream = container.streams.video[0]
                 stream.thread_type = "AUTO"
                 for index, picture in enumerate(container.decode(stream)):
@@ -53,7 +54,7 @@ class VideoFile:
 
     def coded(self) -> Iterator[CodedImage | VideoPacket]:
         """Yield the video's own packets, or lossless images where packets cannot stand alone."""
-        with av.open(self.path) as container:
+        with _open(self.path) as container:
             codec = container.streams.video[0].codec_context.name
         if codec in ANNEX_B_FILTERS:
             return self._packets(codec)
@@ -61,7 +62,7 @@ class VideoFile:
 
     def _packets(self, codec: str) -> Iterator[VideoPacket]:
         order = self._presentation_order()
-        with av.open(self.path) as container:
+        with _open(self.path) as container:
             stream = container.streams.video[0]
             to_annex_b = BitStreamFilterContext(ANNEX_B_FILTERS[codec], stream)
             for packet in container.demux(stream):
@@ -72,10 +73,15 @@ class VideoFile:
                     )
 
     def _presentation_order(self) -> dict[int | None, int]:
-        with av.open(self.path) as container:
+        with _open(self.path) as container:
             stream = container.streams.video[0]
             stamps = sorted(packet.pts or 0 for packet in container.demux(stream) if packet.size)
         return {pts: index for index, pts in enumerate(stamps)}
+
+
+def _open(path: Path) -> InputContainer:
+    # What a damaged file says of itself need not be text.
+    return av.open(path, metadata_errors="replace")
 
 
 def picture_to_image(picture: av.VideoFrame) -> ImageArray:
@@ -163,10 +169,12 @@ def _measure(path: Path, *, expected: int) -> _Extent:
     """Return the size and count of the frames that are there, from the container alone."""
     file_size = path.stat().st_size
     try:
-        with av.open(path) as container:
+        with _open(path) as container:
             if not container.streams.video:
                 raise InputError("no video in it", where=path, todo="give the scene video")
             stream = container.streams.video[0]
+            if not hasattr(stream, "width"):  # no codec of FFmpeg's
+                raise unreadable(path, read=0, expected=expected)
             size = ImageSize(width_px=stream.width, height_px=stream.height)
             count = sum(
                 1
