@@ -156,6 +156,8 @@ class _Explorer:
             if source in self.visited or predicate.part not in (Part.PREPOSITION, Part.ADJECTIVE):
                 continue
             self.visited.add(source)
+            if predicate.lemma == "back":
+                continue
             parts.extend(predicate.lemma.split("+") if predicate.lemma else ())
             landmark = self.graph.argument(source, "ARG2")
             if landmark is not None and predicate.lemma:

@@ -177,7 +177,7 @@ class Clauses:
             added = self._things.phrase(each, of=head, event=is_event)
             if i == 0 and third and phrase.recipient is None:
                 self.nodes.connect(event, edges={"ARG3": added})
-            if self._things.last_landmark is not None:
+            if self._things.last_landmark is not None and each.negation is None:
                 head, is_event = self._things.last_landmark, False
 
     def _adverb(self, adverb: Adverb, *, event: str, opening: bool) -> None:

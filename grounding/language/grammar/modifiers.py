@@ -76,7 +76,7 @@ def is_adjective(token: Token) -> bool:
 
 def _links_adjectives(chart: Chart, j: int, *, run: Sequence[int]) -> bool:
     token = chart.at(j)
-    if not run or run[-1] != j - 1 or token.text not in (",", "and", "or"):
+    if not run or run[-1] != j - 1 or token.text not in (",", "-", "and", "or"):
         return token.text == "and" and chart.at(j - 1).text == "," and bool(run)
     following = j + 1 + (chart.at(j + 1).text == "and")
     if not (chart.at(j - 1).adjective and chart.at(following).adjective):

@@ -52,18 +52,21 @@ def _sharpened(chart: Chart, i: int) -> int:
     if token.is_a("sharpeners") and _opens(chart, i + 1):
         return _sharpened(chart, i + 1)
     kept = chart.after_phrase(i, name="kept") > i
-    if token.is_a("dropped") and not kept and _opens(chart, i + 1):
+    if token.is_a("dropped") and not kept and _opens(chart, i + 1, places=False):
         return i + 1
     return i
 
 
-def _opens(chart: Chart, i: int) -> bool:
+def _opens(chart: Chart, i: int, *, places: bool = True) -> bool:
+    """Whether a prepositional phrase, or an adverb of place, may start here."""
     token = chart.at(i)
-    if token.is_a("sharpeners") and _opens(chart, i + 1):
+    if token.is_a("sharpeners") and _opens(chart, i + 1, places=places):
         return True
     if chart.after_phrase(i, name="prepositions") > i:
         return True
-    return (token.is_a("prepositions") or token.is_a("places")) and token.text not in _NO_PHRASE
+    if token.is_a("prepositions"):
+        return token.text not in _NO_PHRASE
+    return places and token.is_a("places")
 
 
 def _prepositions(chart: Chart, i: int) -> Iterator[tuple[Word, int]]:

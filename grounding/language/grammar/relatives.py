@@ -126,7 +126,7 @@ def _complement(chart: Chart, i: int) -> Found[PrepPhrase]:
     if following.text in _COMPLEMENTS:
         for noun, end in simple_noun(chart, i + 2):
             yield PrepPhrase(word=chart.word(i + 1), landmark=noun), end
-    elif token.adjective == "near" and following.is_a("determiners"):
+    elif token.text == "nearest" and following.is_a("determiners"):
         for noun, end in simple_noun(chart, i + 1):
             yield PrepPhrase(word=chart.word(i, lemma="to"), landmark=noun), end
 
@@ -157,7 +157,9 @@ def _reduced(chart: Chart, i: int) -> Found[Attributes]:
     token = chart.at(i)
     if token.adjective or token.text in _COLOURING:
         yield from _postnominal(chart, i)
-    passive = bool(token.verb(Form.PARTICIPLE)) and not token.verb(Form.BASE)
+    passive = bool(token.verb(Form.PARTICIPLE)) and not (
+        token.verb(Form.BASE) or token.is_a("places")
+    )
     if passive or token.verb(Form.GERUND):
         form = Form.PARTICIPLE if passive else Form.GERUND
         verb = _verb(chart, i, forms=(form,))
