@@ -175,7 +175,7 @@ def _postnominal(chart: Chart, i: int) -> Found[Attributes]:
     painted = chart.at(i).text in _COLOURING
     if painted and chart.at(i + 1).adjective:
         yield (adjective_at(chart, i + 1),), i + 2
-    elif not painted:
+    elif not painted and (chart.at(i).degree is not Degree.POSITIVE or chart.at(i).text == "full"):
         for phrase, end in _complement(chart, i):
             adjective = adjective_at(chart, i)
             yield (_completed(adjective, phrase=phrase, negation=None),), end
