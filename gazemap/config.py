@@ -61,6 +61,11 @@ def _value(hint: Any, value: Any, *, where: str) -> Any:  # noqa: ANN401  any fi
         return build_record(hint, value, where=where)
     if isinstance(hint, types.UnionType):
         return _first_fitting(typing.get_args(hint), value, where=where)
+    if typing.get_origin(hint) is Mapping:
+        if not isinstance(value, Mapping):
+            raise ConfigError(f"{where}: a table expected, got {value!r}")
+        item = typing.get_args(hint)[1]
+        return {key: _value(item, each, where=f"{where}.{key}") for key, each in value.items()}
     if typing.get_origin(hint) is tuple:
         item = typing.get_args(hint)[0]
         return tuple(_value(item, each, where=where) for each in value)

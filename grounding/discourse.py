@@ -41,8 +41,9 @@ def understand(utterances: Sequence[Utterance], parser: Parser) -> Discourse:
             for k, each in enumerate(parse.instructions)
         ]
     unparsed = tuple(
-        Unparsed(sentence=parse.sentence, reason=parse.error)
+        Unparsed(sentence=each.sentence, reason=each.error)
         for parse in parses
-        if parse.error is not None
+        for each in parse.parses
+        if each.error is not None
     )
     return Discourse(spoken=tuple(spoken), unparsed=unparsed)

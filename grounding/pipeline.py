@@ -8,6 +8,7 @@ from grounding.glide.align import align
 from grounding.glide.config import GlideConfig
 from grounding.glide.model import Demonstration
 from grounding.glide.read import LookBelief
+from grounding.language.config import LanguageConfig
 from grounding.patches.cut import PatchConfig, cut_patches
 from grounding.patches.patch import Patch
 from grounding.patches.showings import showings_of
@@ -26,6 +27,7 @@ class GroundingConfig:
     plan: PlanConfig = field(default_factory=PlanConfig)
     patches: PatchConfig = field(default_factory=PatchConfig)
     symbols: SymbolConfig = field(default_factory=SymbolConfig)
+    language: LanguageConfig = field(default_factory=LanguageConfig)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

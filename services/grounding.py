@@ -14,7 +14,7 @@ from gazemap.types.status import ServiceStatus
 from gazemap.wire import images, mapping, rig
 from gazemap.wire.streams import Stream
 from grounding.discourse import Utterance
-from grounding.language.parser import Parser, default_parser
+from grounding.language.parser import Parser, parser_for
 from grounding.live import LiveGrounding
 from grounding.pipeline import GroundingConfig, SessionGrounding
 from grounding.plan import Status
@@ -56,7 +56,7 @@ class GroundingService:
         """Subscribe to the rig and to mapping, and answer questions."""
         self._bus, self._config = bus, config
         self._health = Health(bus, service=NAME, stream=Stream.GROUNDING_STATUS)
-        self._parser: Parser = default_parser()
+        self._parser: Parser = parser_for(config.grounding.language)
         self._live = self._begin("live", heading_rad=0.0)
         self._camera: Camera | None = None
         self._T_world_overhead: Pose[World, Overhead] | None = None

@@ -74,6 +74,7 @@ class Reason(StrEnum):
     CHOICE = 'it leaves a choice ("or"); say which one'
     NO_OBJECT = "the verb has no object"
     UNKNOWN_VERB = "the verb is not known"
+    BACKEND = "the parser failed"
     NO_ANTECEDENT = "there is nothing earlier that it can stand for"
 
 

@@ -6,13 +6,15 @@ from typing import Final
 
 from delphin.eds import EDS
 
+from grounding.errors import BackendError
 from grounding.language.backends.base import Backend
-from grounding.language.backends.embedded import Embedded
+from grounding.language.backends.choose import backend_for
+from grounding.language.config import LanguageConfig
 from grounding.language.discourse import Discourse
-from grounding.language.drafts import Reason, Refusal, refusal
+from grounding.language.drafts import Draft, Reason, Refusal, refusal
 from grounding.language.sentences import sentences_of
 from grounding.language.traverse import traverse
-from grounding.language.verbs import VerbTable, default_verbs
+from grounding.language.verbs import VerbTable, default_verbs, with_taught
 from grounding.types import Instruction
 
 MAX_CHARACTERS: Final = 1200
@@ -77,6 +79,18 @@ class Parser:
         discourse = Discourse()
         return [self._text(text, discourse=discourse) for text in texts]
 
+    def parse_reading(self, sentence: str, eds: EDS | None) -> ParseResult:
+        """Return what one reading, made elsewhere, says to do: the traversal alone."""
+        if eds is None:
+            return ParseResult(
+                sentence=sentence, backend="eds", error=Reason.EMPTY.value, instructions=()
+            )
+        parse = self._chosen(sentence, readings=[eds], discourse=Discourse())
+        return ParseResult(
+            sentence=sentence, backend="eds", error=parse.error, instructions=parse.instructions,
+            parses=(parse,),
+        )  # fmt: skip
+
     def _text(self, text: str, *, discourse: Discourse) -> ParseResult:
         sentences = sentences_of(text)
         parses = tuple(self._sentence(each, discourse=discourse) for each in sentences)
@@ -91,10 +105,20 @@ class Parser:
     def _sentence(self, sentence: str, *, discourse: Discourse) -> SentenceParse:
         if len(sentence) > MAX_CHARACTERS:
             return _failed(sentence, why=refusal(Reason.TOO_LONG), readings=())
-        readings = self._backend.readings(sentence)
+        try:
+            readings = self._backend.readings(sentence)
+        except BackendError as error:
+            why = refusal(Reason.BACKEND, message=" ".join(str(error).split()))
+            return _failed(sentence, why=why, readings=())
+        return self._chosen(sentence, readings=readings, discourse=discourse)
+
+    def _chosen(
+        self, sentence: str, *, readings: Sequence[EDS], discourse: Discourse
+    ) -> SentenceParse:
+        """Return what the first reading that gives an instruction says."""
         first: Refusal | None = None
         for i, eds in enumerate(readings):
-            found = traverse(eds, sentence=sentence, verbs=self._verbs)
+            found = _traversed(eds, sentence=sentence, verbs=self._verbs)
             result = found if isinstance(found, Refusal) else discourse.understand(found)
             if not isinstance(result, Refusal):
                 ordered = (eds, *readings[:i], *readings[i + 1 :])
@@ -108,9 +132,27 @@ class Parser:
         return _failed(sentence, why=why, readings=tuple(readings))
 
 
+def parser_for(config: LanguageConfig) -> Parser:
+    """Return the parser that a configuration asks for.
+
+    Raises:
+        ConfigError: if its backend is not installed, or a verb resembles none of the table.
+    """
+    verbs = with_taught(default_verbs(), pairs=config.verbs.items())
+    return Parser(backend_for(config, verbs), verbs=verbs)
+
+
 def default_parser() -> Parser:
     """Return the parser with the best backend that is installed."""
-    return Parser(Embedded(default_verbs()))
+    return parser_for(LanguageConfig())
+
+
+def _traversed(eds: EDS, *, sentence: str, verbs: VerbTable) -> list[Draft] | Refusal:
+    """Traverse a reading; one that somebody else made may run in a circle."""
+    try:
+        return traverse(eds, sentence=sentence, verbs=verbs)
+    except RecursionError:
+        return refusal(Reason.NOT_UNDERSTOOD)
 
 
 def _failed(sentence: str, *, why: Refusal, readings: tuple[EDS, ...]) -> SentenceParse:

@@ -99,7 +99,7 @@ def _free_from_compound(nodes: Nodes, *, compound: Node) -> None:
 
 def _as_command(nodes: Nodes, *, fragment: Node, verbs: VerbTable) -> str | None:
     """Make a command of "a lift up the ball"; return its verb, or None if it is none."""
-    noun = fragment.edges.get("ARG")
+    noun = str(fragment.edges.get("ARG"))
     if noun not in nodes:
         return None
     lemma = predicate_of(nodes[noun].predicate).lemma

@@ -6,9 +6,8 @@ from dataclasses import dataclass
 from enum import StrEnum
 from functools import cache
 from importlib.resources import files
-from pathlib import Path
 
-from grounding.errors import ConfigError, InputError
+from grounding.errors import ConfigError
 from grounding.types import Action
 
 
@@ -37,12 +36,15 @@ class VerbEntry:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VerbTable:
-    """Verb lemma -> what it does."""
+    """Verb lemma -> what it does; a lemma may have a particle behind it: "turn on"."""
 
     entries: Mapping[str, VerbEntry]
 
     def entry(self, verb: str, *, particle: str = "") -> VerbEntry | None:
         """Return what a verb does with a particle, or None for one that is not in the table."""
+        exact = self.entries.get(f"{verb} {particle}")
+        if exact is not None:
+            return exact
         found = self.entries.get(verb)
         return None if found is not None and particle in found.not_with else found
 
@@ -52,9 +54,9 @@ class VerbTable:
         Raises:
             ConfigError: if `like` is not in the table either.
         """
-        word, model = verb.strip().lower(), like.strip().lower()
-        if not word.isalpha():
-            raise ConfigError(f'verb "{verb}": one word of letters is wanted')
+        word, model = " ".join(verb.lower().split()), like.strip().lower()
+        if not 1 <= len(word.split()) <= 2 or not word.replace(" ", "").isalpha():
+            raise ConfigError(f'verb "{verb}": a word of letters is wanted, or two ("turn on")')
         if model not in self.entries:
             known = ", ".join(sorted(self.entries))
             raise ConfigError(f'verb "{verb}": "{like}" is not known either; choose one of {known}')
@@ -65,7 +67,7 @@ def teaching_hint(verb: str) -> str:
     """Return how a user teaches a verb that is not in the table."""
     return (
         f'the verb "{verb}" is not known; teach it with one it resembles: '
-        f'--verb {verb}=take, or {verb} = "take" under [verbs] in the configuration'
+        f'--verb "{verb}=take", or "{verb}" = "take" under [verbs] in the configuration'
     )
 
 
@@ -90,19 +92,3 @@ def with_taught(table: VerbTable, *, pairs: Iterable[tuple[str, str]]) -> VerbTa
     for verb, like in pairs:
         table = table.taught(verb, like=like)
     return table
-
-
-def read_taught(path: Path) -> list[tuple[str, str]]:
-    """Return the (verb, like) pairs under `[verbs]` of a TOML file.
-
-    Raises:
-        InputError: if the file cannot be read or holds something else there.
-    """
-    todo = 'write lines such as ponder = "look" under [verbs]'
-    try:
-        section = tomllib.loads(path.read_text(encoding="utf-8")).get("verbs", {})
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise InputError(f"cannot be read: {error}", where=path, todo=todo) from error
-    if not isinstance(section, dict) or not all(isinstance(v, str) for v in section.values()):
-        raise InputError("[verbs] must map a verb to one it resembles", where=path, todo=todo)
-    return list(section.items())

@@ -68,7 +68,7 @@ def verb_forms(table: VerbTable) -> VerbForms:
     """Return form -> (lemma, form) of all verbs, those of the table first."""
     known = lexicon()
     forms: dict[str, tuple[tuple[str, Form], ...]] = {}
-    for lemma in table.entries:
+    for lemma in dict.fromkeys(entry.split()[0] for entry in table.entries):
         for form, kind in inflections(lemma, irregular=known.irregular_verbs.get(lemma, "")):
             forms[form] = (*forms.get(form, ()), (lemma, kind))
     for form, found in known.verbs.items():

@@ -12,6 +12,7 @@ COMMANDS: Final[dict[str, tuple[str, str]]] = {
     "bench": ("services.cli.bench", "Measure speed and memory beside a peer."),
     "doctor": ("services.cli.doctor", "Say what is installed, what is missing, and what to do."),
     "import": ("services.cli.import_", "Turn a recording of another format into the native one."),
+    "parse": ("services.cli.parse", "Turn sentences into instructions."),
     "replay": ("services.cli.replay", "Publish a recording as a rig would."),
     "router": ("services.cli.router", "Run a Zenoh router with the rules of deploy/."),
     "simulate": ("services.cli.simulate", "Write a simulated session and the truth about it."),

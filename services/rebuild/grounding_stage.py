@@ -8,7 +8,7 @@ from gazemap.types.scene import SceneModel
 from gazemap.types.session import Cue
 from grounding.discourse import Utterance, understand
 from grounding.glide.model import Demonstration
-from grounding.language.parser import default_parser
+from grounding.language.parser import parser_for
 from grounding.patches.view import View
 from grounding.pipeline import GroundingConfig, SessionGrounding, ground_session
 from services.translate import instance, observation
@@ -31,7 +31,7 @@ def ground(
     """Ground a session that was mapped."""
     data = mapped.session.data
     utterances = [_utterance(cue, with_times=with_narration_times) for cue in data.narration]
-    discourse = understand(utterances, default_parser())
+    discourse = understand(utterances, parser_for(config.language))
     demonstration = Demonstration(
         spoken=discourse.spoken,
         fixations=[observation(each) for each in mapped.looks.fixations],

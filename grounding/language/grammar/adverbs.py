@@ -48,11 +48,11 @@ def _is_adverb(chart: Chart, i: int, *, closing: bool) -> bool:
         return False
     if token.is_a("calls") and following.is_a("pause") and not closing:
         return True
-    if closing and token.text == "then" and following.text:
-        return False
+    opens_next = closing and token.text == "then" and bool(following.text)
+    acts = bool(token.verb(Form.BASE)) and not token.is_a("interjections")
     if closing and token.is_a("results"):
         return True
-    if token.verb(Form.BASE) and not token.is_a("interjections"):
+    if acts or opens_next:
         return False
     if token.is_a("adverbs") or token.is_a("interjections"):
         return True
