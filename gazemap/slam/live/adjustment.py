@@ -120,10 +120,13 @@ def hold_gauge(sparse: SparseMap) -> None:
 
     Origin, heading and scale are free without tags; users have seen the published ones.
     """
-    keyframes = list(sparse.keyframes.values())
+    pairs = [
+        (k.T_cam_world.inverse(), k.T_cam_world_published.inverse())
+        for k in sparse.keyframes.values()
+        if k.T_cam_world_published is not None
+    ]
     S: Similarity[World, World] | None = fit_similarity_of_poses(
-        [k.T_cam_world.inverse() for k in keyframes],
-        [k.T_cam_world_published.inverse() for k in keyframes],
+        [now for now, _ in pairs], [told for _, told in pairs]
     )
     if S is not None and 0.2 < S.scale < 5.0:
         sparse.move(S)

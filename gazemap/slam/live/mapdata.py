@@ -21,14 +21,15 @@ class Keyframe:
 
     Attributes:
         pyramid: its image; None in a map that was loaded.
-        T_cam_world_published: the pose that users were told, which holds the gauge.
+        T_cam_world_published: the pose that users were told, which holds the gauge; None
+            where it was told in the world of another map.
     """
 
     keyframe_id: int
     t_ns: int
     pyramid: Pyramid | None
     T_cam_world: Pose[Cam, World]
-    T_cam_world_published: Pose[Cam, World]
+    T_cam_world_published: Pose[Cam, World] | None
     twist: FloatArray
     tags: tuple[TagView, ...] = ()
 
@@ -162,11 +163,14 @@ class SparseMap:
         """Move the whole map into another world, published poses included."""
         self.move(S)
         for keyframe in self.keyframes.values():
-            published = S.transform_pose(keyframe.T_cam_world_published.inverse())
-            keyframe.T_cam_world_published = published.inverse()
+            if keyframe.T_cam_world_published is not None:
+                published = S.transform_pose(keyframe.T_cam_world_published.inverse())
+                keyframe.T_cam_world_published = published.inverse()
 
     def absorb(self, other: "SparseMap") -> None:
         """Take over all of another map, which is in the same world already."""
+        for keyframe in other.keyframes.values():
+            keyframe.T_cam_world_published = None
         self.keyframes = dict(sorted({**self.keyframes, **other.keyframes}.items()))
         mine, theirs = self.features, other.features
         order = np.argsort(np.concatenate([mine.ids, theirs.ids]), kind="stable")

@@ -40,6 +40,7 @@ _log = logging.getLogger(__name__)
 _LEAST_START_POINTS = 30
 _CANDIDATE_AGE_KEYFRAMES = 8
 _ELSEWHERE_KEYFRAMES = 8
+_JOINED_KEYFRAMES = 8
 
 
 class Mapper:
@@ -175,11 +176,11 @@ class Mapper:
             self._sleeping.remove(sleeping)
             present.transform(S_new_old)
             self._map.absorb(present)
-            for other in covisible_window(self._map, keyframe.keyframe_id, count=4):
-                measure_everything(
-                    self._map, self._map.keyframes[int(other)], config=self._config.front_end
-                )
-            self._adjust(self._window(keyframe.keyframe_id), rounds=10)
+            front_end = self._config.front_end
+            for other in covisible_window(self._map, keyframe.keyframe_id, count=_JOINED_KEYFRAMES):
+                measure_everything(self._map, self._map.keyframes[int(other)], config=front_end)
+            self._since_full = self._config.mapping.full_every
+            self._adjust(self._window(keyframe.keyframe_id), rounds=15)
             return (
                 self._event(
                     MapEventKind.MERGED, keyframe.t_ns, old_map_id=present.map_id,

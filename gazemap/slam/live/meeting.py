@@ -48,14 +48,19 @@ class SleepingMap:
     def _agreed(
         self, there: list[Pose[World, Cam]], here: list[Pose[World, Cam]]
     ) -> Similarity[World, World] | None:
-        if len(here) < _LEAST_KEYFRAMES:
-            return None
-        centres = np.array([T.t for T in here])
-        spread = float(np.linalg.norm(centres - centres.mean(axis=0), axis=1).max())
-        depth = float(np.median(np.linalg.norm(self._landmarks.points_world - centres[-1], axis=1)))
-        S: Similarity[World, World] | None = fit_similarity_of_poses(there, here)
-        if S is None or spread < _LEAST_BASELINE * depth:
-            return None
-        moved = S.transform(np.array([T.t for T in there]))
-        off = np.linalg.norm(moved - centres, axis=1).max()
-        return S if off < _WORST_RESIDUAL * spread else None
+        """Return the similarity that most of the pairs agree on; the worst ones are left out."""
+        points = self._landmarks.points_world
+        while len(here) >= _LEAST_KEYFRAMES:
+            centres = np.array([T.t for T in here])
+            spread = float(np.linalg.norm(centres - centres.mean(axis=0), axis=1).max())
+            depth = float(np.median(np.linalg.norm(points - centres[-1], axis=1)))
+            S: Similarity[World, World] | None = fit_similarity_of_poses(there, here)
+            if S is None or spread < _LEAST_BASELINE * depth:
+                return None
+            moved = S.transform(np.array([T.t for T in there]))
+            off = np.linalg.norm(moved - centres, axis=1)
+            if off.max() < _WORST_RESIDUAL * spread:
+                return S
+            stays = np.flatnonzero(np.arange(len(off)) != off.argmax())
+            there, here = [there[n] for n in stays], [here[n] for n in stays]
+        return None

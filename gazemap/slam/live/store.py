@@ -38,7 +38,7 @@ def save_map(sparse: SparseMap, path: Path) -> None:
             keyframe_t_ns=np.array([k.t_ns for k in keyframes]),
             keyframe_twist=np.array([k.twist for k in keyframes]),
             T_cam_world=np.array([k.T_cam_world.matrix for k in keyframes]),
-            T_cam_world_published=np.array([k.T_cam_world_published.matrix for k in keyframes]),
+            T_cam_world_published=np.array([_matrix(k.T_cam_world_published) for k in keyframes]),
             ids=f.ids[mapped],
             host=f.host[mapped],
             steps=f.steps[mapped],
@@ -88,7 +88,7 @@ def _map_of(table: "np.lib.npyio.NpzFile", header: dict[str, object], camera: Ca
             t_ns=int(table["keyframe_t_ns"][n]),
             pyramid=None,
             T_cam_world=_pose(table["T_cam_world"][n]),
-            T_cam_world_published=_pose(table["T_cam_world_published"][n]),
+            T_cam_world_published=_published(table["T_cam_world_published"][n]),
             twist=table["keyframe_twist"][n],
         )
     sparse.features = Features(
@@ -110,3 +110,12 @@ def _map_of(table: "np.lib.npyio.NpzFile", header: dict[str, object], camera: Ca
 
 def _pose(matrix: FloatArray) -> Pose[Cam, World]:
     return Pose.from_matrix(matrix)
+
+
+def _matrix(pose: Pose[Cam, World] | None) -> FloatArray:
+    """Return the pose's matrix, NaN for none."""
+    return np.full((4, 4), np.nan) if pose is None else pose.matrix
+
+
+def _published(matrix: FloatArray) -> Pose[Cam, World] | None:
+    return None if np.isnan(matrix).any() else _pose(matrix)
