@@ -78,19 +78,31 @@ class SessionWriter:
         self.text("gaze.csv", GAZE_HEADER + "".join(rows))
 
     def video(self, name: str, *, count: int = FRAME_COUNT, faststart: bool = False) -> None:
-        options = {"movflags": "faststart"} if faststart else {}
-        with av.open(str(self.path / name), "w", options=options) as container:
-            stream = container.add_stream("libx264", rate=30, options={"crf": "20"})
-            stream.width, stream.height, stream.pix_fmt = WIDTH_PX, HEIGHT_PX, "yuv420p"
-            for i in range(count):
-                picture = av.VideoFrame.from_ndarray(picture_of(i), format="bgr24")
-                container.mux(stream.encode(picture))
-            container.mux(stream.encode())
+        write_video(self.path / name, count=count, faststart=faststart)
 
     def cut(self, name: str, *, share: float) -> None:
         file = self.path / name
         whole = file.read_bytes()
         file.write_bytes(whole[: int(len(whole) * share)])
+
+
+def write_video(
+    path: Path,
+    *,
+    count: int = FRAME_COUNT,
+    first: int = 0,
+    codec: str = "libx264",
+    pixels: str = "yuv420p",
+    faststart: bool = False,
+) -> None:
+    options = {"movflags": "faststart"} if faststart else {}
+    with av.open(str(path), "w", options=options) as container:
+        stream = container.add_stream(codec, rate=30)
+        stream.width, stream.height, stream.pix_fmt = WIDTH_PX, HEIGHT_PX, pixels
+        for i in range(first, first + count):
+            picture = av.VideoFrame.from_ndarray(picture_of(i), format="bgr24")
+            container.mux(stream.encode(picture))
+        container.mux(stream.encode())
 
 
 def picture_of(i: int) -> np.ndarray:

@@ -3,11 +3,19 @@
 from functools import partial
 
 import pytest
+from foxglove_schemas_protobuf.CameraCalibration_pb2 import CameraCalibration
+from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
+from foxglove_schemas_protobuf.PointCloud_pb2 import PointCloud
+from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
+from foxglove_schemas_protobuf.SceneEntity_pb2 import SceneEntity
+from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
+from foxglove_schemas_protobuf.TriangleListPrimitive_pb2 import TriangleListPrimitive
 from hypothesis import given
 from hypothesis import strategies as st
 
 from gazemap.errors import InputError
 from gazemap.wire import images, mapping, rig, surface
+from gazemap.wire.generated import gazemap_streams_pb2 as pb
 
 OURS = [
     rig.decode_session,
@@ -58,3 +66,44 @@ def test_another_version_beside_a_foxglove_message_is_refused(decode):
     version_99 = b"\xc0\x3e\x63"  # field 1000, varint
     with pytest.raises(InputError, match="version 99"):
         decode(version_99)
+
+
+def test_what_a_message_must_not_hold_is_refused():
+    """Bytes that parse, of the right version, and still make no record."""
+    wrong = [
+        (rig.decode_session, pb.SessionInfo(version=1, info_json="[1]")),
+        (rig.decode_session, pb.SessionInfo(version=1, info_json="{")),
+        (rig.decode_imu, pb.ImuSample(version=1, gyro_rad_s=[1, 2], accel_m_s2=[1, 2, 3])),
+        (rig.decode_device_fixation, pb.DeviceFixation(version=1, u_px=float("inf"))),
+        (rig.decode_tags, pb.TagLayout(version=1, tags=[pb.TagLayout.Tag(id=1)])),
+        (mapping.decode_fixation, pb.Fixation3D(version=1)),
+        (mapping.decode_fixation, pb.Fixation3D(version=1, hit=1, scene_uv_px=[1])),
+        (mapping.decode_map_event, pb.MapEvent(version=1)),
+        (mapping.decode_status, pb.ServiceStatus(version=1)),
+        (mapping.decode_object, pb.SceneObject(version=1, size_m=[1])),
+    ]
+    for decode, message in wrong:
+        with pytest.raises(InputError):
+            decode(message.SerializeToString())
+
+
+def test_foxglove_messages_that_make_no_record_are_refused():
+    points = PointCloud(point_stride=16, data=b"1" * 16)
+    triangles = TriangleListPrimitive(indices=[0, 1, 2])
+    mesh = SceneUpdate(entities=[SceneEntity(triangles=[triangles])])
+    wrong = [
+        (surface.decode_points, points),
+        (surface.decode_mesh, SceneUpdate()),
+        (surface.decode_mesh, mesh),
+        (mapping.decode_pose, PoseInFrame()),
+        (partial(images.decode_calibration, stream="c"), CameraCalibration()),
+        (
+            partial(images.decode_calibration, stream="c"),
+            CameraCalibration(distortion_model="plumb_bob", K=[1] * 8),
+        ),
+        (partial(images.decode_image, stream="i"), CompressedImage(data=b"no", format="webp")),
+        (partial(images.decode_depth, stream="d"), CompressedImage(data=b"no", format="png")),
+    ]
+    for decode, message in wrong:
+        with pytest.raises(InputError):
+            decode(message.SerializeToString())

@@ -93,3 +93,9 @@ def test_garbage_is_an_input_error_of_one_line(decode, payload):
 def test_a_number_that_is_none_is_the_callers_bug():
     with pytest.raises(ValueError, match="JSON"):
         grounding.encode_symbols(grounding.SymbolsMessage(t_ns=0, symbols={"mean": float("nan")}))
+
+
+@pytest.mark.parametrize("text", ["", "[1]", "{"])
+def test_a_text_that_is_no_object_is_refused(text):
+    with pytest.raises(InputError, match="no JSON object"):
+        grounding.document_of(text, stream="plan")
