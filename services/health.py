@@ -1,4 +1,4 @@
-"""How a service is: counted, and said once a second."""
+"""How a service is: counted, and said four times a second."""
 
 import logging
 import time
@@ -11,7 +11,7 @@ from gazemap.wire.mapping import encode_status
 from gazemap.wire.streams import Stream
 from services.bus.base import Bus
 
-_PERIOD_S: Final = 1.0
+_PERIOD_S: Final = 0.25
 _KEPT_COMPLAINTS: Final = 20
 FINISHED: Final = "finished"
 _log = logging.getLogger(__name__)

@@ -11,13 +11,17 @@ from gazemap.session.records import Record, coded_frame_records, record_of, reco
 from gazemap.types.session import Event
 from gazemap.wire import images, rig
 from gazemap.wire.images import ImageFormat
+from gazemap.wire.mapping import decode_status
 from gazemap.wire.streams import Stream
-from services.bus.base import Bus
+from services.bus.base import Bus, Inbox
 from services.bus.zenoh import ZenohConfig
 from services.clock import Clock
 
 RECORDING_END = "recording.end"
 _POLL_S = 0.2
+_PACE_POLL_S = 0.05
+# A service that says nothing for so long is not waited for.
+_SILENCE_S = 20.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -32,6 +36,8 @@ class ReplayConfig:
         wait_for: services that must live before the first message.
         wait_s: how long to wait for them.
         linger_s: how long to stay on the bus after the last message, for who missed one.
+        max_lead_s: how far the recording may run ahead of the mapping service; None lets it run,
+            as a rig would, and a service that is too slow skips images.
     """
 
     bus: ZenohConfig = field(default_factory=lambda: ZenohConfig(connect_timeout_s=30.0))
@@ -41,6 +47,7 @@ class ReplayConfig:
     wait_for: tuple[str, ...] = ()
     wait_s: float = 60.0
     linger_s: float = 2.0
+    max_lead_s: float | None = None
 
     def __post_init__(self) -> None:
         """Check what no type does."""
@@ -71,9 +78,11 @@ def replay(
     """Publish a recording; a message whose time has passed is sent at once, none is left out."""
     count, worst_delay_s = 0, 0.0
     start_ns: int | None = None
+    pace = Pace(bus, max_lead_s=config.max_lead_s)
     start_s = clock.now_s()
     for record in live_records(session, config):
         start_ns = record.log_ns if start_ns is None else start_ns
+        start_s += pace.hold_back(record.log_ns, clock)
         due_s = start_s + (record.log_ns - start_ns) / 1e9 / config.rate
         if not clock.wait_until(due_s):
             return ReplayReport(message_count=count, worst_delay_s=worst_delay_s, is_whole=False)
@@ -82,6 +91,34 @@ def replay(
         count += 1
     clock.wait_until(clock.now_s() + config.linger_s)
     return ReplayReport(message_count=count, worst_delay_s=worst_delay_s, is_whole=True)
+
+
+class Pace:
+    """Holds a replay back while the mapping service is too far behind."""
+
+    def __init__(self, bus: Bus, *, max_lead_s: float | None) -> None:
+        """Follow how far the service has come, where that matters."""
+        self._max_lead_s = max_lead_s
+        self._inbox = Inbox()
+        self._reached_ns: int | None = None
+        if max_lead_s is not None:
+            bus.subscribe(Stream.MAPPING_STATUS, self._inbox)
+
+    def hold_back(self, t_ns: int, clock: Clock) -> float:
+        """Wait until a message of this time may be sent; return how long that took in seconds."""
+        if self._max_lead_s is None:
+            return 0.0
+        if self._reached_ns is None:
+            self._reached_ns = t_ns
+        began_s = heard_s = clock.now_s()
+        while t_ns - self._reached_ns > self._max_lead_s * 1e9:
+            message = self._inbox.get(timeout_s=_PACE_POLL_S)
+            if message is not None:
+                heard_s = clock.now_s()
+                self._reached_ns = max(self._reached_ns, decode_status(message.payload).t_ns)
+            elif clock.now_s() - heard_s > _SILENCE_S or not clock.wait_until(clock.now_s()):
+                break
+        return clock.now_s() - began_s
 
 
 def wait_for_services(bus: Bus, *, config: ReplayConfig, clock: Clock) -> frozenset[str]:

@@ -9,7 +9,8 @@ from typing import Protocol, Self
 
 from services.bus.keys import LOSSY, Stream
 
-_FRAME_LIMIT = 8
+# Two seconds of images: a hiccup costs none, a service that is too slow stays near the present.
+_FRAME_LIMIT = 60
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -2,8 +2,12 @@
 
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import click
+
+if TYPE_CHECKING:
+    from services.replayer import ReplayConfig
 
 
 @click.command()
@@ -13,9 +17,15 @@ import click
     type=click.FloatRange(min=0, min_open=True),
     help="How much faster than recorded; 1 by default.",
 )
+@click.option(
+    "--max-lead-s",
+    type=click.FloatRange(min=0.1),
+    help="Wait for a mapping service that is further behind; without it, as a rig, it never waits.",
+)
+@click.option("--connect", help="Where the router listens, over what the file says.")
 @click.option("--config", "file", type=click.Path(path_type=Path), help="TOML file.")
 @click.option("--camera", type=click.Path(path_type=Path), help="Camera file to use instead.")
-def command(session: Path, rate: float | None, file: Path | None, camera: Path | None) -> None:
+def command(session: Path, *, file: Path | None, camera: Path | None, **options: Any) -> None:  # noqa: ANN401
     """Publish a recording on the bus, every message at its time."""
     from gazemap.config import load_config
     from gazemap.errors import InputError
@@ -26,8 +36,7 @@ def command(session: Path, rate: float | None, file: Path | None, camera: Path |
     from services.replayer import ReplayConfig, replay, wait_for_services
 
     config = load_config(ReplayConfig, file) if file else ReplayConfig()
-    if rate is not None:
-        config = replace(config, rate=rate)
+    config = _over(config, **options)
     recording = open_session(session, camera=camera)
     clock = WallClock(stop_on_signals())
     with ZenohBus(config.bus) as bus:
@@ -44,4 +53,16 @@ def command(session: Path, rate: float | None, file: Path | None, camera: Path |
     ending = "" if report.is_whole else ", stopped before the end"
     click.echo(
         f"{report.message_count} messages, at most {report.worst_delay_s:.2f} s late{ending}"
+    )
+
+
+def _over(
+    config: "ReplayConfig", *, rate: float | None, max_lead_s: float | None, connect: str | None
+) -> "ReplayConfig":
+    """Return the configuration with what was said on the command line over it."""
+    return replace(
+        config,
+        rate=config.rate if rate is None else rate,
+        max_lead_s=config.max_lead_s if max_lead_s is None else max_lead_s,
+        bus=config.bus if connect is None else replace(config.bus, endpoint=connect),
     )
