@@ -12,12 +12,13 @@ from gazemap.geometry.camera import Camera
 from gazemap.geometry.pose import Overhead, Pose, World
 from gazemap.live_looks import LiveFixations, LiveLooks, RecentPath
 from gazemap.scene.build import table_outline
-from gazemap.scene.cast import SceneCaster
+from gazemap.scene.cast import SceneCaster, open3d
 from gazemap.scene.config import SceneConfig
 from gazemap.scene.live import LiveObjects
 from gazemap.scene.surface import table_mesh, with_boxes
 from gazemap.slam.live.config import LiveConfig
 from gazemap.slam.live.tracker import LiveTracker
+from gazemap.slam.live.warm_up import warm_up_tracking
 from gazemap.slam.tag_alignment import locate_static_camera
 from gazemap.types.fixation import Fixation3D
 from gazemap.types.frame import Frame
@@ -58,6 +59,12 @@ class News:
     fixations: tuple[Fixation3D, ...] = ()
     objects: tuple[SceneObject, ...] = ()
     T_world_overhead: Pose[World, Overhead] | None = None
+
+
+def warm_up() -> None:
+    """Load and compile what the first frames would otherwise wait for."""
+    open3d()
+    warm_up_tracking()
 
 
 class LiveMapping:

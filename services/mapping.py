@@ -11,7 +11,7 @@ import numpy as np
 from gazemap.calibration import load_rig
 from gazemap.errors import InputError
 from gazemap.geometry.camera import Camera
-from gazemap.live import LiveMapping, LiveMappingConfig, LiveRig, News
+from gazemap.live import LiveMapping, LiveMappingConfig, LiveRig, News, warm_up
 from gazemap.types.session import TagLayout
 from gazemap.wire import images, rig
 from gazemap.wire.streams import Stream
@@ -74,6 +74,7 @@ class MappingService:
             Stream.EVENT: self._take_event,
         }
         self._has_device_fixations = False
+        warm_up()
         self.inbox = Inbox()
         for stream in self._takers:
             bus.subscribe(stream, self.inbox)

@@ -20,6 +20,7 @@ COMMANDS: Final[dict[str, tuple[str, str]]] = {
     "slam": ("services.cli.slam", "Track and map a recording."),
     "rebuild": ("services.cli.rebuild", "Rebuild sessions offline, better than live."),
     "serve": ("services.cli.serve", "Run the mapping or the grounding service."),
+    "demo": ("services.cli.demo", "Simulate, ground it live over loopback, rebuild it."),
 }
 
 
