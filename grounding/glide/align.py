@@ -1,16 +1,23 @@
 """Align a plan with the looks of its demonstration: the entrance to GLIDE."""
 
 import dataclasses
+import logging
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from grounding.glide.config import GlideConfig
+import numpy as np
+
+from grounding.glide.config import GlideConfig, Inference
+from grounding.glide.dirichlet import infer_sampled
 from grounding.glide.exact import Beliefs, infer
 from grounding.glide.learn import update
 from grounding.glide.model import Demonstration, Parameters, Session, initial_parameters, session_of
 from grounding.glide.read import InstructionBelief, LookBelief, Reader, read_labels
 from grounding.glide.tables import Model, build
 from grounding.types import FixationObservation
+
+_log = logging.getLogger(__name__)
+_COLLAPSED = 10.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -22,16 +29,22 @@ class Alignment:
         instructions: one belief for each spoken instruction, in the order said.
         log_evidence: log likelihood of the looks over that of no plan at all.
         parameters: what was learnt from the session, or None where there was nothing to learn.
+        effective_samples: of the Dirichlet inference; None for the exact one.
     """
 
     looks: tuple[LookBelief, ...]
     instructions: tuple[InstructionBelief, ...]
     log_evidence: float
     parameters: Parameters | None
+    effective_samples: float | None = None
 
 
 def align(
-    demonstration: Demonstration, config: GlideConfig | None = None, *, open_end: bool = False
+    demonstration: Demonstration,
+    config: GlideConfig | None = None,
+    *,
+    open_end: bool = False,
+    rng: np.random.Generator | None = None,
 ) -> Alignment:
     """Infer which look serves which instruction, and what each instruction is about.
 
@@ -39,6 +52,7 @@ def align(
         demonstration: what was said, looked at and seen.
         config: the constants; the defaults if None.
         open_end: the session goes on, so the last instructions may not have been done yet.
+        rng: the source of chance, for the Dirichlet inference alone; seeded by 0 if None.
 
     Returns:
         The alignment; without instructions or without looks nothing is labelled.
@@ -48,12 +62,14 @@ def align(
     if not demonstration.spoken or not fixations:
         return _nothing(demonstration, fixations)
     session = session_of(dataclasses.replace(demonstration, fixations=fixations), config)
-    parameters, model, beliefs = learn_session(session, config, open_end=open_end)
-    labels = read_labels(session, beliefs, demonstration.spoken, fixations)
+    learnt = learn_session(session, config, open_end=open_end, rng=rng or np.random.default_rng(0))
+    if learnt.effective_samples is not None and learnt.effective_samples < _COLLAPSED:
+        _log.warning("Dirichlet samples collapsed: %.1f effective", learnt.effective_samples)
+    labels = read_labels(session, learnt.beliefs, demonstration.spoken, fixations)
     reader = Reader(
         session=session,
-        model=model,
-        beliefs=beliefs,
+        model=learnt.model,
+        beliefs=learnt.beliefs,
         objects=demonstration.objects,
         fixations=fixations,
         config=config,
@@ -63,23 +79,50 @@ def align(
         instructions=tuple(
             reader.instruction(each, i, labels) for i, each in enumerate(demonstration.spoken)
         ),
-        log_evidence=beliefs.log_evidence,
-        parameters=parameters,
+        log_evidence=learnt.beliefs.log_evidence,
+        parameters=learnt.parameters,
+        effective_samples=learnt.effective_samples,
     )
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Learnt:
+    """A session's parameters, the model with them, and the beliefs under it."""
+
+    parameters: Parameters
+    model: Model
+    beliefs: Beliefs
+    effective_samples: float | None
+
+
 def learn_session(
-    session: Session, config: GlideConfig, *, open_end: bool = False
-) -> tuple[Parameters, Model, Beliefs]:
-    """Alternate exact inference and learning; end with the beliefs under what was learnt."""
-    parameters = initial_parameters(session, config)
-    model = build(session, parameters, config, open_end=open_end)
-    beliefs = infer(session, model)
+    session: Session, config: GlideConfig, *, open_end: bool, rng: np.random.Generator
+) -> Learnt:
+    """Alternate inference and learning; end with the beliefs under what was learnt."""
+    learnt = _infer(
+        session, initial_parameters(session, config), config, open_end=open_end, rng=rng
+    )
     for _ in range(config.rounds):
-        parameters = update(session, parameters, beliefs, model, config)
-        model = build(session, parameters, config, open_end=open_end)
-        beliefs = infer(session, model)
-    return parameters, model, beliefs
+        parameters = update(session, learnt.parameters, learnt.beliefs, learnt.model, config)
+        learnt = _infer(session, parameters, config, open_end=open_end, rng=rng)
+    return learnt
+
+
+def _infer(
+    session: Session,
+    parameters: Parameters,
+    config: GlideConfig,
+    *,
+    open_end: bool,
+    rng: np.random.Generator,
+) -> Learnt:
+    model = build(session, parameters, config, open_end=open_end)
+    if config.inference is Inference.DIRICHLET:
+        sampled = infer_sampled(session, model, parameters, config, rng=rng)
+        beliefs, effective = sampled.beliefs, sampled.effective_samples
+    else:
+        beliefs, effective = infer(session, model), None
+    return Learnt(parameters=parameters, model=model, beliefs=beliefs, effective_samples=effective)
 
 
 def _nothing(demonstration: Demonstration, fixations: Sequence[FixationObservation]) -> Alignment:

@@ -1,6 +1,14 @@
 """What GLIDE assumes before it has seen a session; from there on it learns."""
 
 from dataclasses import dataclass
+from enum import StrEnum
+
+
+class Inference(StrEnum):
+    """How the posterior is computed."""
+
+    EXACT = "exact"
+    DIRICHLET = "dirichlet"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -30,6 +38,9 @@ class GlideConfig:
         grid_spacing_m: spacing of the grid of positions where there is no instance.
         rest_height_m: height above the table of the middle of a thing that was not seen.
         rounds: passes of learning the session's parameters.
+        inference: exact, or by sampling as in the paper.
+        samples: partitions drawn by the Dirichlet inference.
+        dirichlet_strength: its parameters are the expected seconds of the segments times this.
         scene_unit_m: one metre in the units of the world frame; not 1 where the scale is arbitrary.
     """
 
@@ -55,4 +66,7 @@ class GlideConfig:
     grid_spacing_m: float = 0.012
     rest_height_m: float = 0.018
     rounds: int = 6
+    inference: Inference = Inference.EXACT
+    samples: int = 10_000
+    dirichlet_strength: float = 4.0
     scene_unit_m: float = 1.0
