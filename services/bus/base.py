@@ -70,7 +70,7 @@ class Bus(Protocol):
         """Put every message of a stream into an inbox, those before the subscription included."""
 
     def answer(self, stream: Stream, handler: Answer) -> None:
-        """Answer queries on a key; the handler runs on the bus's thread and must be quick."""
+        """Answer queries on a key, on a thread of their own."""
 
     def ask(self, stream: Stream, payload: bytes, *, timeout_s: float) -> bytes | None:
         """Return the first answer to a query, or None if there was none in time."""

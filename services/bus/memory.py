@@ -1,5 +1,6 @@
 """A bus inside one process: for tests and for running both services in one program."""
 
+import logging
 from collections import defaultdict
 from dataclasses import dataclass, field
 from types import TracebackType
@@ -7,6 +8,8 @@ from typing import Self
 
 from services.bus.base import Answer, Inbox, Message
 from services.bus.keys import LOSSY, Stream
+
+_log = logging.getLogger(__name__)
 
 
 @dataclass(slots=True)
@@ -48,7 +51,11 @@ class MemoryBus:
     def ask(self, stream: Stream, payload: bytes, *, timeout_s: float) -> bytes | None:  # noqa: ARG002  a call takes no time
         """Return the answer, or None where nobody answers."""
         handler = self._exchange.handlers.get(stream)
-        return None if handler is None else handler(payload)
+        try:
+            return None if handler is None else handler(payload)
+        except Exception:  # noqa: BLE001  a service's boundary, as over Zenoh
+            _log.exception("query on %s failed", stream)
+            return None
 
     def announce(self, service: str) -> None:
         """Show that a service lives."""

@@ -7,6 +7,8 @@ be dropped. Blocking is never used: one stalled subscriber would stop everyone.
 
 import json
 import logging
+import queue
+import threading
 from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import timedelta
@@ -17,6 +19,7 @@ import zenoh
 from zenoh import ext
 
 from gazemap.errors import InputError
+from gazemap.wire.schemas import SCHEMAS
 from services.bus.base import Answer, Inbox, Message
 from services.bus.keys import LOSSY, Stream, alive_key, key
 
@@ -64,6 +67,7 @@ class ZenohBus:
         self._publishers: dict[Stream, Callable[[bytes], None]] = {}
         # Held so that they are not undeclared when they go out of scope.
         self._declared: list[Any] = []
+        self._questions: list[queue.SimpleQueue[zenoh.Query | None]] = []
 
     def publish(self, stream: Stream, payload: bytes) -> None:
         """Send a message; see the module for what may be dropped."""
@@ -74,13 +78,16 @@ class ZenohBus:
     def _declare_publisher(self, stream: Stream) -> Callable[[bytes], None]:
         name, drop = key(self._config.rig, stream), zenoh.CongestionControl.DROP
         if stream in LOSSY:
-            plain = self._session.declare_publisher(name, congestion_control=drop)
+            plain = self._session.declare_publisher(
+                name, congestion_control=drop, encoding=_encoding(stream)
+            )
             self._declared.append(plain)
             return plain.put
         kept = ext.declare_advanced_publisher(
             self._session,
             name,
             congestion_control=drop,
+            encoding=_encoding(stream),
             cache=ext.CacheConfig(max_samples=_CACHE_COUNT),
             sample_miss_detection=ext.MissDetectionConfig(
                 heartbeat=None, sporadic_heartbeat=_RECOVERY_PERIOD_S
@@ -111,19 +118,14 @@ class ZenohBus:
         self._declared.append(subscriber)
 
     def answer(self, stream: Stream, handler: Answer) -> None:
-        """Answer queries on a key; a handler that raises answers with the error's line."""
+        """Answer queries on a key, one after the other; what a handler raises is the answer."""
         name = key(self._config.rig, stream)
-
-        def reply(query: zenoh.Query) -> None:
-            asked = b"" if query.payload is None else query.payload.to_bytes()
-            # Exceptions in callbacks are swallowed by the library: this is a service's boundary.
-            try:
-                query.reply(name, handler(asked))
-            except Exception as error:  # noqa: BLE001  a service's boundary
-                _log.exception("query on %s failed", name)
-                query.reply_err(str(error).encode())
-
-        self._declared.append(self._session.declare_queryable(name, reply, complete=True))
+        asked: queue.SimpleQueue[zenoh.Query | None] = queue.SimpleQueue()
+        # A callback that works holds up every message of the session: it only enqueues.
+        declared = self._session.declare_queryable(name, asked.put, complete=True)
+        self._declared.append(declared)
+        self._questions.append(asked)
+        threading.Thread(target=_answer_all, args=(asked, handler, name), daemon=True).start()
 
     def ask(self, stream: Stream, payload: bytes, *, timeout_s: float) -> bytes | None:
         """Return the first answer to a query, or None if there was none in time."""
@@ -147,6 +149,8 @@ class ZenohBus:
 
     def close(self) -> None:
         """Leave the bus."""
+        for asked in self._questions:
+            asked.put(None)
         self._session.close()  # type: ignore[no-untyped-call]
 
     def __enter__(self) -> Self:
@@ -159,6 +163,25 @@ class ZenohBus:
         trace: TracebackType | None,
     ) -> None:
         self.close()
+
+
+def _answer_all(asked: "queue.SimpleQueue[zenoh.Query | None]", handler: Answer, name: str) -> None:
+    """Answer the queries of one key until there is None."""
+    while (query := asked.get()) is not None:
+        with query:
+            payload = b"" if query.payload is None else query.payload.to_bytes()
+            try:
+                query.reply(name, handler(payload))
+            except Exception as error:  # noqa: BLE001  a service's boundary
+                _log.exception("query on %s failed", name)
+                query.reply_err(str(error).encode())
+
+
+def _encoding(stream: Stream) -> zenoh.Encoding:
+    """Return what tells a subscriber which message it gets."""
+    schema = SCHEMAS.get(stream)
+    plain = zenoh.Encoding.APPLICATION_PROTOBUF
+    return plain if schema is None else plain.with_schema(schema.full_name)
 
 
 def _client_config(config: ZenohConfig) -> zenoh.Config:

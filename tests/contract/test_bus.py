@@ -2,23 +2,25 @@
 
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
 import pytest
+import zenoh
 
 from gazemap.errors import InputError
 from services.bus.base import Inbox, Message
 from services.bus.keys import Stream
 from services.bus.memory import Exchange, MemoryBus
-from services.bus.zenoh import ZenohBus, ZenohConfig
+from services.bus.zenoh import ZenohBus, ZenohConfig, _client_config
 from tests.ports import free_port
 
 ROLES = ("rig", "mapping", "grounding", "robot", "operator")
 
 
-def start_router(*options):
-    endpoint = f"tcp/127.0.0.1:{free_port()}"
+def start_router(*options, endpoint=None):
+    endpoint = endpoint or f"tcp/127.0.0.1:{free_port()}"
     process = subprocess.Popen(
         [sys.executable, "-m", "services.cli", "router", "--listen", endpoint, *options],
         cwd=Path(__file__).resolve().parents[2],
@@ -99,6 +101,84 @@ def test_a_question_is_answered_and_an_unanswered_one_is_none(connect):
         answer = client.ask(Stream.PARSE, b"pick it", timeout_s=1.0)
     assert answer == b"PICK IT"
     assert client.ask(Stream.TEACH, b"x", timeout_s=0.3) is None
+
+
+def test_an_answer_that_takes_long_holds_up_no_message(connect):
+    server, client, inbox = connect(), connect(), Inbox()
+    server.subscribe(Stream.GAZE, inbox)
+    is_asked, may_answer = threading.Event(), threading.Event()
+
+    def slowly(asked):
+        is_asked.set()
+        may_answer.wait(10)
+        return asked
+
+    server.answer(Stream.PARSE, slowly)
+    answers = []
+
+    def ask():
+        while not answers:
+            answer = client.ask(Stream.PARSE, b"x", timeout_s=5)
+            answers.extend([] if answer is None else [answer])
+
+    asking = threading.Thread(target=ask)
+    asking.start()
+    assert is_asked.wait(10)
+    client.publish(Stream.GAZE, b"meanwhile")
+    assert [m.payload for m in take(inbox, 1)] == [b"meanwhile"]
+    may_answer.set()
+    asking.join(15)
+    assert answers == [b"x"]
+
+
+def test_a_question_whose_answer_fails_is_answered_by_none_and_the_next_is_answered(connect):
+    server, client = connect(), connect()
+
+    def answer(asked):
+        if asked == b"bad":
+            raise InputError("cannot be read", where="parse", todo="ask again")
+        return asked
+
+    server.answer(Stream.PARSE, answer)
+    wait_until(lambda: client.ask(Stream.PARSE, b"good", timeout_s=1) == b"good")
+    assert client.ask(Stream.PARSE, b"bad", timeout_s=1) is None
+    assert client.ask(Stream.PARSE, b"good", timeout_s=1) == b"good"
+
+
+@pytest.mark.bus
+def test_nothing_is_lost_when_the_router_dies_and_comes_back():
+    process, where = start_router()
+    config = ZenohConfig(rig="recovery", endpoint=where, connect_timeout_s=5)
+    inbox, count = Inbox(), 120
+    try:
+        with ZenohBus(config) as sender, ZenohBus(config) as receiver:
+            receiver.subscribe(Stream.GAZE, inbox)
+            for k in range(count):
+                if k == 40:
+                    process.kill()
+                    process.wait(10)
+                    process.stderr.close()
+                if k == 80:
+                    process, _ = start_router(endpoint=where)
+                sender.publish(Stream.GAZE, bytes([k]))
+                time.sleep(0.01)
+            got = take(inbox, count, timeout_s=30)
+    finally:
+        stop(process)
+    assert [m.payload[0] for m in got] == list(range(count))
+
+
+@pytest.mark.bus
+def test_a_message_says_which_schema_it_has(endpoint):
+    with zenoh.open(_client_config(ZenohConfig(endpoint=endpoint))) as plain:
+        seen = plain.declare_subscriber("gazemap/v1/typed/*")
+        with ZenohBus(ZenohConfig(rig="typed", endpoint=endpoint)) as bus:
+            bus.publish(Stream.GAZE, b"")
+            deadline = time.monotonic() + 5
+            while (sample := seen.try_recv()) is None and time.monotonic() < deadline:
+                bus.publish(Stream.GAZE, b"")
+                time.sleep(0.05)
+    assert str(sample.encoding) == "application/protobuf;gazemap.v1.GazeSample"
 
 
 def test_who_lives_is_seen_until_it_leaves(connect):
