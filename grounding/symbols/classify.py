@@ -14,6 +14,7 @@ from grounding.symbols.records import Classification, Mode
 from grounding.types import FloatArray
 
 _SEEN: Final = 1e-6  # of a patch: what was never believed has no meaning
+_TOLD: Final = 3.0  # log odds, where a feature is missing
 _LEAST_VARIANCE: Final = 1e-6  # of the scaled range
 
 
@@ -55,13 +56,24 @@ class Classifier:
             score, believed = float(np.exp(logs[best])), squared <= limit**2 * len(sample)
         else:
             score = p_value(known.group, squared)
-            believed = score >= self._model.config.robust.unknown_rate
+            believed = score >= self._model.config.robust.unknown_rate and _is_told(logs, sample)
         return Classification(
             group=known.group.name,
             symbol=known.words[best],
             score=score,
             known=believed and known.group.is_sure,
         )
+
+
+def _is_told(logs: FloatArray, sample: FloatArray) -> bool:
+    """Return whether the features that a patch has tell the best word from the others.
+
+    Without a metric scale a small cube and a large one look alike: then neither is known.
+    """
+    if np.isfinite(sample).all() or len(logs) < 2:
+        return True
+    runner_up, best = np.sort(logs)[-2:]
+    return bool(best - runner_up > _TOLD)
 
 
 def classify(model: SymbolModel, features: PatchFeatures) -> list[Classification]:

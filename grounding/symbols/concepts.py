@@ -21,7 +21,7 @@ _PERMUTATIONS: Final = 200
 _MAX_SEGMENTS: Final = 300
 _SATURATION: Final = 3.0  # resolutions, root mean square over a family
 _SIGNIFICANT: Final = 2.5  # standard deviations of the permuted statistic
-_SHARE_OF_BEST: Final = 0.3  # a family that is so much weaker is a side effect of another
+_SHARE_OF_BEST: Final = 0.3  # a weaker family is a side effect, unless no group describes it better
 _LIKE: Final = 0.4  # cosine of profiles
 _SAID_TOGETHER: Final = 0.1  # of the rarer word's segments
 
@@ -74,7 +74,15 @@ def find_concepts(table: SegmentTable, rng: np.random.Generator) -> list[Concept
     groups: list[list[str]] = []
     for word in sorted(profiles, key=lambda w: (-profiles[w].max(initial=0), w)):
         _join(word, groups, profiles, table)
-    concepts = _adopt([_concept(words, profiles, families) for words in groups], table)
+    joint = [
+        np.sum([profiles[word] for word in words], axis=0) / np.sqrt(len(words)) for words in groups
+    ]
+    best = np.max(joint, axis=0, initial=0)
+    concepts = [
+        Concept(words=tuple(sorted(words)), families=_told(profile, best, families))
+        for words, profile in zip(groups, joint, strict=True)
+    ]
+    concepts = _adopt(concepts, table)
     return sorted(concepts, key=lambda c: c.words)
 
 
@@ -120,22 +128,19 @@ def with_compounds(concepts: list[Concept], words: Sequence[str]) -> list[Concep
     ]
 
 
-def describing(words: Sequence[str], profile: FloatArray, families: Sequence[Family]) -> Concept:
-    """Return the concept of words whose joint profile over families is given."""
-    best = profile.max(initial=0)
-    told = [
-        family
-        for family, z in zip(families, profile, strict=True)
-        if z >= max(_SIGNIFICANT, _SHARE_OF_BEST * best)
-    ]
-    return Concept(words=tuple(sorted(words)), families=tuple(told))
+def _told(
+    profile: FloatArray, best: FloatArray, families: tuple[Family, ...]
+) -> tuple[Family, ...]:
+    """Return the families that words describe.
 
-
-def _concept(
-    words: list[str], profiles: dict[str, FloatArray], families: tuple[Family, ...]
-) -> Concept:
-    joint = np.sum([profiles[word] for word in words], axis=0) / np.sqrt(len(words))
-    return describing(words, joint, families)
+    Args:
+        profile: (F,) how surely the words describe each family.
+        best: (F,) how surely the surest group does.
+        families: their names.
+    """
+    main = (profile >= _SHARE_OF_BEST * profile.max(initial=0)) | (profile >= best)
+    told = main & (profile >= _SIGNIFICANT)
+    return tuple(family for family, yes in zip(families, told, strict=True) if yes)
 
 
 def _join(

@@ -91,6 +91,10 @@ def _state(model: SymbolModel) -> Json:
         "offset": model.offset.tolist(),
         "unit": model.unit.tolist(),
         "moments": {name: _moments_json(word.moments) for name, word in model.words.items()},
+        "examples": {
+            name: [np.round(word.examples, 3).tolist(), np.round(word.strays, 3).tolist()]
+            for name, word in model.words.items()
+        },
         "anything": _moments_json(model.anything),
         "groups": {
             group.name: {
@@ -127,6 +131,8 @@ def _model(document: Json) -> SymbolModel:
                 moments=_moments(moments, len(features)),
                 kept=int(symbols[name]["kept"]),
                 dropped=int(symbols[name]["dropped"]),
+                examples=np.array(state["examples"][name][0], float).reshape(-1, len(features)),
+                strays=np.array(state["examples"][name][1], float).reshape(-1, len(features)),
             )
             for name, moments in state["moments"].items()
         },

@@ -9,7 +9,7 @@ import numpy as np
 from grounding.features.registry import Family
 from grounding.symbols.concepts import Concept, find_concepts, with_compounds
 from grounding.symbols.evidence import Corpus, gather, segment_table
-from grounding.symbols.model import Group, Moments, SymbolModel, Word
+from grounding.symbols.model import MAX_EXAMPLES, Group, Moments, SymbolModel, Word
 from grounding.symbols.paper import fit_paper
 from grounding.symbols.records import LabelledPatch, Mode, PatchDecision, SymbolConfig
 from grounding.symbols.robust import Belief, Evidence, known_distances, learn_words
@@ -79,7 +79,13 @@ def _fit_group(
     kept = Counter(d.symbol for d in decisions if d.kept)
     said = Counter(d.symbol for d in decisions)
     words = {
-        word: Word(moments=moments, kept=kept[word], dropped=said[word] - kept[word] + lost[word])
+        word: Word(
+            moments=moments,
+            kept=kept[word],
+            dropped=said[word] - kept[word] + lost[word],
+            examples=_shown(evidence, decisions, word, kept=True),
+            strays=_shown(evidence, decisions, word, kept=False),
+        )
         for word, moments in zip(concept.words, belief.moments, strict=True)
     }
     group = Group(
@@ -91,6 +97,14 @@ def _fit_group(
         kind_of=concept.kind_of,
     )
     return group, words, decisions
+
+
+def _shown(
+    evidence: Evidence, decisions: list[PatchDecision], word: str, *, kept: bool
+) -> FloatArray:
+    """Return some patches of a word to show in a picture."""
+    rows = [k for k, each in enumerate(decisions) if (each.symbol, each.kept) == (word, kept)]
+    return evidence.samples[rows[:: max(1, -(-len(rows) // MAX_EXAMPLES))]]
 
 
 def _evidence(

@@ -7,6 +7,7 @@ after a million patches as after ten, and a new patch is one addition.
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -96,6 +97,9 @@ class Moments:
         )
 
 
+MAX_EXAMPLES: Final = 40
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Word:
     """One symbol.
@@ -104,11 +108,15 @@ class Word:
         moments: of the patches that were believed.
         kept: how many patches were believed.
         dropped: how many were not.
+        examples: (M, D) of those that were believed, for pictures; at most some tens.
+        strays: (M, D) of those that were not.
     """
 
     moments: Moments
     kept: int
     dropped: int
+    examples: FloatArray = field(default_factory=lambda: np.empty((0, 0)))
+    strays: FloatArray = field(default_factory=lambda: np.empty((0, 0)))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -16,7 +16,14 @@ from grounding.features.registry import PatchFeatures
 from grounding.symbols.calibration import with_one_more
 from grounding.symbols.classify import Classifier, know_group, unexplained_groups
 from grounding.symbols.compounds import expanded, head_of
-from grounding.symbols.model import Group, Moments, OpenSegment, SymbolModel, Word
+from grounding.symbols.model import (
+    MAX_EXAMPLES,
+    Group,
+    Moments,
+    OpenSegment,
+    SymbolModel,
+    Word,
+)
 from grounding.symbols.records import LabelledPatch, Mode
 from grounding.symbols.robust import label_log_odds, label_right, patch_logs, tempering, typicality
 from grounding.types import FloatArray
@@ -62,7 +69,14 @@ def with_new_word(model: SymbolModel, word: str, group: str) -> SymbolModel:
         word: the new word.
         group: the group that it joins; "new" makes it one of its own, a name for one thing.
     """
-    empty = Word(moments=Moments.none(len(model.features)), kept=0, dropped=0)
+    nothing = np.empty((0, len(model.features)))
+    empty = Word(
+        moments=Moments.none(len(model.features)),
+        kept=0,
+        dropped=0,
+        examples=nothing,
+        strays=nothing,
+    )
     words = {**model.words, word: empty}
     names = [each.name for each in model.groups]
     if group in names:
@@ -141,7 +155,9 @@ def _learn(
         moments=replace(own, effective=own.weight * temper),
     )
     grown = _with_word(without, word, after.moments.scaled(after.right))
-    grown = _counted(grown, before, after)
+    grown = _counted(
+        _with_example(grown, word, sample, kept=after.right > _BELIEVED), before, after
+    )
     if after.right > _BELIEVED and weighed.typical > _BELIEVED and weighed.squared is not None:
         grown = _calibrated(grown, group, float(np.sqrt(weighed.squared)))
     others = tuple(s for s in model.open_segments if s not in segments)
@@ -183,6 +199,15 @@ def _with_word(model: SymbolModel, word: str, moments: Moments) -> SymbolModel:
     return replace(
         model, words={**model.words, word: replace(known, moments=known.moments.plus(moments))}
     )
+
+
+def _with_example(model: SymbolModel, word: str, sample: FloatArray, *, kept: bool) -> SymbolModel:
+    """Return the model with a patch to show in pictures; the oldest ones leave."""
+    known = model.words[word]
+    shown = (known.examples if kept else known.strays).reshape(-1, len(sample))
+    shown = np.vstack([shown, sample])[-MAX_EXAMPLES:]
+    told = replace(known, examples=shown) if kept else replace(known, strays=shown)
+    return replace(model, words={**model.words, word: told})
 
 
 def _counted(model: SymbolModel, before: OpenSegment, after: OpenSegment) -> SymbolModel:

@@ -18,7 +18,7 @@ import numpy as np
 
 from grounding.features.registry import PAPER_FEATURES
 from grounding.symbols.evidence import Corpus, gather
-from grounding.symbols.model import Group, Moments, SymbolModel, Word
+from grounding.symbols.model import MAX_EXAMPLES, Group, Moments, SymbolModel, Word
 from grounding.symbols.records import LabelledPatch, PaperConfig, PatchDecision, SymbolConfig
 from grounding.types import FloatArray
 
@@ -79,6 +79,8 @@ def _fit_word(
         moments=Moments.of(kept, np.ones(len(kept)), effective=float(len(kept))),
         kept=len(kept),
         dropped=len(rows) - len(kept) + lost,
+        examples=kept[:: max(1, -(-len(kept) // MAX_EXAMPLES))],
+        strays=samples[~near][:MAX_EXAMPLES],
     )
     return word, decisions
 

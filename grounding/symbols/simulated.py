@@ -171,35 +171,26 @@ def _draw_thing(
     )
     outlines = [ring * scale * thing.size for ring in _OUTLINES[thing.shape]]
     bgr = 255 * _paint(thing.colour, rng)
-    shadow = cv2.GaussianBlur(_stretched(outlines, pose, pose.shadow_px), (0, 0), 2.0)
+    shadow = cv2.GaussianBlur(_swept(outlines, pose, pose.shadow_px), (0, 0), 2.0)
     canvas *= (1 - 0.4 * shadow)[..., None]
-    _cover(canvas, _stretched(outlines, pose, pose.side_px), 0.6 * bgr)
-    _cover(canvas, _filled(outlines, pose, pose.side_px * 0), bgr)
+    _cover(canvas, _swept(outlines, pose, pose.side_px), 0.6 * bgr)
+    _cover(canvas, _swept(outlines, pose, np.zeros(2)), bgr)
 
 
 def _cover(canvas: NDArray[np.float32], mask: NDArray[np.float32], bgr: FloatArray) -> None:
     canvas += mask[..., None] * (bgr.astype(np.float32) - canvas)
 
 
-def _stretched(
-    outlines: list[FloatArray], pose: _Pose, along_px: FloatArray
-) -> NDArray[np.float32]:
-    """Return the mask of an outline swept along a short way."""
-    steps = max(2, int(np.linalg.norm(along_px)))
-    masks = [_filled(outlines, pose, along_px * step / steps) for step in range(steps + 1)]
-    swept: NDArray[np.float32] = np.max(masks, axis=0)
-    return swept
-
-
-def _filled(outlines: list[FloatArray], pose: _Pose, shift_px: FloatArray) -> NDArray[np.float32]:
-    """Return the mask (side, side) of outlines, the second and later ones being holes."""
+def _swept(outlines: list[FloatArray], pose: _Pose, along_px: FloatArray) -> NDArray[np.float32]:
+    """Return the mask (side, side) of outlines swept along a way; the second one is a hole."""
     cosine, sine = np.cos(pose.rotation_rad), np.sin(pose.rotation_rad)
     turn = np.array([[cosine, -sine], [sine, cosine]])
-    rings = [ring @ turn.T + pose.offset_px + shift_px for ring in outlines]
+    steps = int(np.linalg.norm(along_px))
     mask = np.zeros((_SIDE, _SIDE), np.uint8)
-    cv2.fillPoly(
-        mask, [np.round(ring * 16).astype(np.int32) for ring in rings], 255, cv2.LINE_AA, 4
-    )
+    for step in range(steps + 1):
+        shift = pose.offset_px + along_px * (step / max(steps, 1))
+        rings = [np.round((ring @ turn.T + shift) * 16).astype(np.int32) for ring in outlines]
+        cv2.fillPoly(mask, rings, 255, cv2.LINE_AA, 4)
     return mask.astype(np.float32) / np.float32(255)
 
 
@@ -240,7 +231,7 @@ _WEDGE: Final = [[-46, -9], [5, -12], [22, -24], [46, 0], [22, 24], [5, 12], [-4
 # outer ring and holes, millimetres about the middle
 _OUTLINES: Final[dict[Shape, list[FloatArray]]] = {
     Shape.CELL: [_rectangle(29, 29)],
-    Shape.BLOCK: [_rectangle(70, 33)],
+    Shape.BLOCK: [_rectangle(72, 38)],
     Shape.CUBE: [_rectangle(48, 48)],
     Shape.DISC: [_circle(27)],
     Shape.COIN: [_circle(19)],

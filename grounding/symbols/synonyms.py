@@ -7,7 +7,7 @@ import numpy as np
 
 from grounding.symbols.classify import KnownGroup, know_group
 from grounding.symbols.lexicon import EVERYONE
-from grounding.symbols.model import SymbolModel, Word
+from grounding.symbols.model import SymbolModel
 
 _ENOUGH: Final = 5.0  # effective patches of each word
 
@@ -54,7 +54,8 @@ def _trusted(model: SymbolModel, word: str) -> bool:
 
 def _joined(model: SymbolModel, word: str, same: str) -> SymbolModel:
     one, other = model.words[same], model.words[word]
-    both = Word(
+    both = replace(
+        one,
         moments=one.moments.plus(other.moments),
         kept=one.kept + other.kept,
         dropped=one.dropped + other.dropped,
