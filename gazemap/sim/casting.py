@@ -60,7 +60,7 @@ class Caster:
         directions = turned(self._shutter.R_world_cam, ray_cam, row)
         rays = np.empty((len(row), 6), np.float32)
         rays[:, :3], rays[:, 3:] = self._shutter.p_world_cam[row], directions
-        hits = self._tree.cast_rays(o3d.core.Tensor(rays))
+        hits = self._tree.cast_rays(o3d.core.Tensor(rays), nthreads=1)
         triangle = hits["primitive_ids"].numpy().astype(np.int64)
         face = np.minimum(triangle // 2, self.hand_face).astype(np.int32)
         face[triangle == _NO_PRIMITIVE] = NOTHING

@@ -17,8 +17,8 @@ _AIM_WORLD = np.array([0.0, 0.02, 0.0])
 _FOLLOW_SHARE = 0.55  # of a gaze shift is done by the head
 _LEAN_SHARE = 0.12
 _TURN_SIGMA_S, _LEAN_SIGMA_S = 0.26, 0.5
-_SWAY_M = np.array([0.032, 0.030, 0.022])
-_SWAY_SIGMA_S, _JITTER_SIGMA_S = 0.30, 0.16
+_SWAY_M = np.array([0.038, 0.034, 0.026])
+_SWAY_SIGMA_S, _JITTER_SIGMA_S = 0.27, 0.16
 _JITTER_M, _ROLL_RAD = 0.022, 0.022
 
 

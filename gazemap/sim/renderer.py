@@ -60,8 +60,10 @@ class Renderer:
         v, u = np.mgrid[0:height, 0:width]
         centre_px = np.column_stack([u.ravel(), v.ravel()]).astype(np.float64)
         self._row = v.astype(np.int32)
-        rays = (camera.unproject(centre_px + offset) for offset in ((0.0, 0.0), *_SUBPIXELS))
-        self._rays = [each.reshape(height, width, 3).astype(np.float32) for each in rays]
+        rays = camera.unproject(centre_px).reshape(height, width, 3)
+        down, across = (np.asarray(np.gradient(rays, axis=axis)) for axis in (0, 1))
+        around = (rays + du * across + dv * down for du, dv in _SUBPIXELS)
+        self._rays = [each.astype(np.float32) for each in (rays, *around)]
 
     def render(self, moment: Moment, shutter: Shutter, window: Window) -> Rendering:
         """Return the picture that the lens throws into a window."""

@@ -1,7 +1,8 @@
 """The things on the table, the plan of what is done with them, and where they are at any time."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
+from itertools import product
 
 import numpy as np
 
@@ -117,10 +118,21 @@ class Demonstration:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Table:
-    """The things as they stand between two carries."""
+    """The things as they stand between two carries, and which were carried already."""
 
     blocks: tuple[Block, ...]
     centres: FloatArray
+    carried: set[int] = field(default_factory=set)
+
+    def allows(self, picked: int, reference: int, relation: Relation) -> bool:
+        """Whether a thing can be put beside or on a reference that stands on the table."""
+        stacked = relation is Relation.ON_TOP_OF
+        if picked == reference or self.is_covered(picked) or not self.is_on_table(reference):
+            return False
+        if stacked and self.is_covered(reference):
+            return False
+        goal = self.goal_world(picked, reference, relation)
+        return self.is_free(goal, picked=picked, below=reference if stacked else None)
 
     def is_covered(self, i: int) -> bool:
         """Whether something stands on thing i."""
@@ -164,6 +176,7 @@ def demonstrate(config: SimConfig, rng: np.random.Generator) -> Demonstration:
         steps.append(replace(pick, start_s=t_s, end_s=middle_s))
         steps.append(replace(put, start_s=middle_s, end_s=end_s))
         table.centres[put.block] = put.position_world
+        table.carried.add(put.block)
         t_s = end_s + float(pause_s)
     pairs = zip(steps[0::2], steps[1::2], strict=True)
     carries = tuple(_carry(pick, put) for pick, put in pairs)
@@ -252,13 +265,14 @@ def _choose(
     table: _Table, config: TabletopConfig, rng: np.random.Generator
 ) -> tuple[int, int, Relation]:
     """Draw a thing, a reference and a relation whose place is free and on the table."""
-    for _ in range(_TRIES):
-        picked, reference = (int(i) for i in rng.permutation(len(table.blocks))[:2])
-        relation = config.relations[int(rng.integers(len(config.relations)))]
-        if table.is_covered(picked) or table.is_covered(reference):
-            continue
-        below = reference if relation is Relation.ON_TOP_OF else None
-        goal = table.goal_world(picked, reference, relation)
-        if table.is_on_table(reference) and table.is_free(goal, picked=picked, below=below):
-            return picked, reference, relation
-    raise ConfigError("sim: nothing on the table can be put anywhere; ask for fewer things")
+    count = range(len(table.blocks))
+    possible = [
+        (picked, reference, relation)
+        for picked, reference, relation in product(count, count, config.relations)
+        if table.allows(picked, reference, relation)
+    ]
+    fresh = [each for each in possible if each[0] not in table.carried]
+    choices = fresh or possible  # a person seldom moves a thing twice
+    if not choices:
+        raise ConfigError("sim: nothing on the table can be put anywhere; ask for fewer things")
+    return choices[int(rng.integers(len(choices)))]
