@@ -21,6 +21,8 @@ class FixationConfig:
         min_jump_deg: a smaller step is no saccade.
         noise_factor: how many times the noise of the step a saccade must be.
         dispersion_deg: how far gaze may spread within a fixation (method dispersion).
+        split_penalty: by how much (in half chi-squares) two drifting rests must explain a span
+            better than one: small saccades drown in the noise of single samples.
         merge_gap_s: fixations closer in time than this are one ...
         merge_deg: ... if they are closer in direction than this as well.
         min_duration_s: anything shorter is no fixation.
@@ -32,8 +34,9 @@ class FixationConfig:
     min_jump_deg: float = 0.9
     noise_factor: float = 4.0
     dispersion_deg: float = 1.5
+    split_penalty: float = 8.0
     merge_gap_s: float = 0.075
-    merge_deg: float = 0.8
+    merge_deg: float = 0.25
     min_duration_s: float = 0.08
     assumed_distance_m: float = 1.0
 

@@ -13,8 +13,10 @@ Source:
 import numpy as np
 
 from gazemap.gaze.config import FixationConfig, FixationMethod
-from gazemap.gaze.directions import angles_of, poses_at
-from gazemap.geometry.arrays import BoolArray, FloatArray, IntArray
+from gazemap.gaze.directions import directions_of
+from gazemap.gaze.refixations import split_refixations
+from gazemap.gaze.steady import SteadyGaze
+from gazemap.geometry.arrays import BoolArray, IntArray
 from gazemap.geometry.camera import Camera
 from gazemap.types.session import Blink, Fixation, GazeSamples
 from gazemap.types.tracking import Trajectory
@@ -42,19 +44,24 @@ def detect_fixations(
     t_ns, uv_px = gaze.t_ns[keep], gaze.uv_px[keep]
     if len(t_ns) < 5:
         return ()
-    steady = _Steady(t_ns, camera.unproject(uv_px), trajectory, config)
+    steady = SteadyGaze(t_ns, camera.unproject(uv_px), trajectory, config)
     find = _by_velocity if config.method is FixationMethod.VELOCITY else _by_dispersion
-    spans = [s for s in _merged(find(steady, config), steady, config) if len(s) >= 3]
+    spans = [s for s in find(steady, config) if len(s) >= 3]
+    spans = _merged(spans, steady, config)
+    spans = [part for s in spans for part in split_refixations(s, steady, config)]
     found = [s for s in spans if (t_ns[s[-1]] - t_ns[s[0]]) * 1e-9 >= config.min_duration_s]
-    return tuple(_fixation(n + 1, t_ns[s], uv_px[s]) for n, s in enumerate(found))
+    return tuple(_fixation(n + 1, s, steady, camera) for n, s in enumerate(found))
 
 
-def _fixation(fixation_id: int, t_ns: IntArray, uv_px: FloatArray) -> Fixation:
-    u_px, v_px = np.median(uv_px, axis=0)
+def _fixation(fixation_id: int, span: IntArray, steady: SteadyGaze, camera: Camera) -> Fixation:
+    """Return a fixation; its pixel is where the held point lay at mid-time."""
+    middle = np.full(len(span), span[len(span) // 2])
+    seen_deg = np.median(steady.seen_from(middle, span), axis=0)
+    u_px, v_px = camera.project(directions_of(np.radians(seen_deg[None])))[0]
     return Fixation(
         fixation_id=fixation_id,
-        start_ns=int(t_ns[0]),
-        end_ns=int(t_ns[-1]),
+        start_ns=int(steady.t_ns[span[0]]),
+        end_ns=int(steady.t_ns[span[-1]]),
         u_px=float(u_px),
         v_px=float(v_px),
     )
@@ -67,44 +74,7 @@ def _usable(gaze: GazeSamples, blinks: tuple[Blink, ...]) -> BoolArray:
     return np.asarray(keep)
 
 
-class _Steady:
-    """Gaze samples with the head's motion taken out."""
-
-    def __init__(
-        self,
-        t_ns: IntArray,
-        directions_cam: FloatArray,
-        trajectory: Trajectory | None,
-        config: FixationConfig,
-    ) -> None:
-        self.t_ns, self._directions = t_ns, directions_cam
-        self.R, self.p = np.tile(np.eye(3), (len(t_ns), 1, 1)), np.zeros((len(t_ns), 3))
-        is_posed = np.zeros(len(t_ns), dtype=bool)
-        if trajectory is not None:
-            self.R, self.p, is_posed = poses_at(trajectory, t_ns)
-        self._is_posed = is_posed
-        rays = np.einsum("nij,nj->ni", self.R, directions_cam)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            reach = -self.p[:, 2] / rays[:, 2]
-        is_near = (reach > 0) & (reach < 3 * config.assumed_distance_m)
-        reach = np.where(is_near, reach, config.assumed_distance_m)
-        self._points = self.p + reach[:, None] * rays
-        self.period_s = float(np.median(np.diff(t_ns))) * 1e-9
-
-    def seen_from(self, i: IntArray, j: IntArray) -> FloatArray:
-        """Return the angles (..., 2) in degrees at which sample j's point lies for the camera of i.
-
-        Angles are relative to sample i's own camera; without poses sample j's direction is taken
-        as it is.
-        """
-        to_point = np.einsum("...ij,...i->...j", self.R[i], self._points[j] - self.p[i])
-        both = (self._is_posed[i] & self._is_posed[j])[..., None]
-        direction = np.where(both, to_point, self._directions[j])
-        flat = angles_of(direction.reshape(-1, 3))
-        return np.asarray(np.degrees(flat).reshape((*direction.shape[:-1], 2)))
-
-
-def _by_velocity(steady: _Steady, config: FixationConfig) -> list[IntArray]:
+def _by_velocity(steady: SteadyGaze, config: FixationConfig) -> list[IntArray]:
     """Split where the median direction steps; the step must stand out of the noise."""
     width = max(2, round(config.window_s / steady.period_s))
     count = len(steady.t_ns)
@@ -132,7 +102,7 @@ def _runs(flags: BoolArray, t_ns: IntArray) -> list[IntArray]:
     return np.split(index, cuts)
 
 
-def _grown(span: IntArray, steady: _Steady, noise_deg: float, width: int) -> IntArray:
+def _grown(span: IntArray, steady: SteadyGaze, noise_deg: float, width: int) -> IntArray:
     """Return the span with the samples at its ends that belong to it.
 
     The step is already high half a window before a saccade begins.
@@ -152,7 +122,7 @@ def _grown(span: IntArray, steady: _Steady, noise_deg: float, width: int) -> Int
     return np.arange(low, high + 1)
 
 
-def _by_dispersion(steady: _Steady, config: FixationConfig) -> list[IntArray]:
+def _by_dispersion(steady: SteadyGaze, config: FixationConfig) -> list[IntArray]:
     """Grow each span while its directions stay within the allowed spread."""
     spans: list[IntArray] = []
     start, count = 0, len(steady.t_ns)
@@ -171,7 +141,7 @@ def _by_dispersion(steady: _Steady, config: FixationConfig) -> list[IntArray]:
     return spans
 
 
-def _spread(steady: _Steady, start: int, end: int) -> float:
+def _spread(steady: SteadyGaze, start: int, end: int) -> float:
     """Return how far directions spread: 5th to 95th percentile, the larger of the two axes."""
     index = np.arange(start, end + 1)
     seen = steady.seen_from(np.full(len(index), start), index)
@@ -179,7 +149,7 @@ def _spread(steady: _Steady, start: int, end: int) -> float:
     return float((high - low).max())
 
 
-def _merged(spans: list[IntArray], steady: _Steady, config: FixationConfig) -> list[IntArray]:
+def _merged(spans: list[IntArray], steady: SteadyGaze, config: FixationConfig) -> list[IntArray]:
     merged: list[IntArray] = []
     for span in spans:
         if merged and _is_one(merged[-1], span, steady, config):
@@ -189,7 +159,9 @@ def _merged(spans: list[IntArray], steady: _Steady, config: FixationConfig) -> l
     return merged
 
 
-def _is_one(a: IntArray, b: IntArray, steady: _Steady, config: FixationConfig) -> bool:
+def _is_one(a: IntArray, b: IntArray, steady: SteadyGaze, config: FixationConfig) -> bool:
+    if b[0] <= a[-1]:
+        return True
     if (steady.t_ns[b[0]] - steady.t_ns[a[-1]]) * 1e-9 > config.merge_gap_s:
         return False
     both = [np.median(steady.seen_from(np.full(len(s), b[0]), s), axis=0) for s in (a, b)]

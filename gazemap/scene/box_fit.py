@@ -12,14 +12,15 @@ Source:
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import minimize
 
 from gazemap.geometry.arrays import FloatArray
 from gazemap.scene.colours import ColourDivision, ColourModel
 from gazemap.scene.config import BoxFitConfig
 from gazemap.scene.silhouette import sum_inside
+from gazemap.scene.simplex import climb
 
 _ROUNDS = 3
+_LEAST_HEIGHT_M = 1e-3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -83,6 +84,7 @@ class BoxFit:
 # Which of the shape's seven numbers are searched; z follows from the base and the height.
 _ALL = np.array([0, 1, 3, 4, 5, 6])
 _PLACE = np.array([0, 1, 3])
+_GROUND_PLAN = np.array([0, 1, 3, 4, 5])
 _STEPS = np.array([0.004, 0.004, 0.15, 0.006, 0.006, 0.006])
 
 
@@ -90,6 +92,12 @@ def fit_box(division: ColourDivision, starts: list[Box], config: BoxFitConfig) -
     """Return the box that divides the cut-outs best; each start keeps the level it stands on."""
     fits = [_Search(division, start, config, _ALL).run() for start in starts]
     return max(fits, key=lambda fit: fit.log_likelihood)
+
+
+def fit_flat(division: ColourDivision, start: Box, config: BoxFitConfig) -> BoxFit:
+    """Return the best mark on the same level: what a box must explain better to be one."""
+    flat = start.standing_on(start.base_m, _LEAST_HEIGHT_M)
+    return _Search(division, flat, config, _GROUND_PLAN).run()
 
 
 def fit_place(
@@ -112,6 +120,8 @@ class _Search:
         inside: ColourModel | None = None,
     ) -> None:
         self._division, self._config, self._inside = division, config, inside
+        side, most = config.min_side_m / 2, config.max_side_m
+        self._limits = np.array([[side, side, _LEAST_HEIGHT_M], [most, most, most]])
         self._free, self._base, self._shape = free, start.base_m, start.shape
         self._sums = np.zeros((1, 1, 2))
 
@@ -127,36 +137,19 @@ class _Search:
             log_likelihood=self._division.log_odds(self._shape, self._inside)[1],
         )
 
-    def _with(self, free: FloatArray) -> FloatArray:
+    def _move(self, *, is_last: bool) -> None:
+        self._shape = climb(
+            (self._free, self._shape, self._limits, self._division.projections, self._sums),
+            _STEPS[: len(self._free)],
+            2e-4 if is_last else 1e-3,
+            300,
+        )
+
+    def _gain(self, free: FloatArray) -> float:
         shape = self._shape.copy()
         shape[self._free] = free
         shape[2] = self._base + shape[6] / 2
-        return shape
-
-    def _gain(self, free: FloatArray) -> float:
-        shape, config = self._with(free), self._config
-        sides = shape[4:6]
-        if sides.min() < config.min_side_m / 2 or sides.max() > config.max_side_m:
-            return -1e9
-        if shape[6] < 1e-3:
-            return -1e9
         return float(sum_inside(shape, self._division.projections, self._sums))
-
-    def _move(self, *, is_last: bool) -> None:
-        start = self._shape[self._free]
-        steps = _STEPS[: len(start)]
-        best = minimize(  # type: ignore[call-overload]  # the stubs lack "initial_simplex"
-            lambda x: -self._gain(x),
-            start,
-            method="Nelder-Mead",
-            options={
-                "initial_simplex": np.vstack([start, start + np.diag(steps)]),
-                "xatol": 2e-4 if is_last else 1e-3,
-                "fatol": 0.5 if is_last else 5.0,
-                "maxfev": 300,
-            },
-        )
-        self._shape = self._with(np.asarray(best.x, dtype=np.float64))
 
     def _covariance(self) -> FloatArray:
         """Return the centre's covariance (3, 3) from how sharp the optimum is, with a floor."""

@@ -32,7 +32,6 @@ class SiteConfig:
         min_bare: share of its pixels that look like the table once it has left.
         empty_s: the table must show, unchanged, for so long before a place counts as empty.
         max_change: what counts as unchanged from frame to frame, in 8-bit CIELAB.
-        lift_s: a hand that hid a thing takes at most so long to lift it out of its place.
         history_s: how far back a thing's arrival is looked for.
     """
 
@@ -41,7 +40,6 @@ class SiteConfig:
     min_same: float = 0.25
     max_bare: float = 0.2
     min_bare: float = 0.6
-    lift_s: float = 0.3
     empty_s: float = 0.5
     max_change: float = 6.0
     history_s: float = 4.0
@@ -58,6 +56,7 @@ class BoxFitConfig:
         min_side_m: anything narrower is no object.
         max_side_m: anything longer is no object.
         min_clarity: mean log-odds of a thing's colours against its surroundings, in each view.
+        min_gain: share of what a box explains that a mark of its outline must not explain.
         min_views: views beside the one from above that a height needs.
         max_views: views that are kept for one resting place.
         view_period_s: views of one resting place are at least so far apart.
@@ -70,6 +69,7 @@ class BoxFitConfig:
     min_side_m: float = 0.008
     max_side_m: float = 0.30
     min_clarity: float = 1.2
+    min_gain: float = 0.03
     min_views: int = 3
     max_views: int = 10
     view_period_s: float = 0.35

@@ -61,6 +61,7 @@ class TableView:
         self.pixel_m = float(np.median(step[self._is_table[:, 1:]]))
         self._rim = self._is_table & ~_eroded(self._is_table)
         self._centre, self._root = np.zeros(3), np.eye(3)
+        self._first_level = 0.0
         self._is_first = True
 
     def reduce(self, image: ImageArray) -> ImageArray:
@@ -82,6 +83,12 @@ class TableView:
         far = np.einsum("ijk,ijk->ij", scaled, scaled) > self._config.min_distance_sigma**2
         return np.asarray(far & self._is_table)
 
+    def levelled(self, lab: ImageArray) -> ImageArray:
+        """Return an image in the light of the first frame, by how bright the table is now."""
+        gain = self._first_level / max(float(self._centre[0]), 1.0)
+        lightness = np.clip(lab[..., :1] * gain, 0, 255).astype(np.uint8)
+        return np.concatenate([lightness, lab[..., 1:]], axis=2)
+
     def _learn(self, lab: ImageArray) -> None:
         pixels = lab[self._is_table]
         sample = pixels[:: max(1, len(pixels) // _SAMPLE_COUNT)].astype(np.float64)
@@ -95,6 +102,8 @@ class TableView:
             self._centre = bulk.mean(axis=0)
             values, vectors = np.linalg.eigh(np.cov(bulk.T) + np.diag(_MIN_SIGMA**2))
             self._root = vectors / np.sqrt(values)
+        if self._is_first:
+            self._first_level = float(self._centre[0])
         self._is_first = False
 
     def regions(self, is_foreground: BoolArray) -> list[Region]:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gazemap.geometry.arrays import FloatArray, IntArray
-from gazemap.scene.box_fit import Box, BoxFit, fit_box, fit_place
+from gazemap.scene.box_fit import Box, BoxFit, fit_box, fit_flat, fit_place
 from gazemap.scene.colours import ColourDivision, ColourModel
 from gazemap.scene.config import BoxFitConfig
 from gazemap.scene.crops import Crop, PosedCamera, cut_out
@@ -107,10 +107,18 @@ class Resting:
         is_solid = (
             box.size_m[2] >= config.min_height_m and box.size_m[:2].min() >= config.min_side_m
         )
-        if not (is_clear and is_solid and self._is_here(division, box)):
+        if not (
+            is_clear and is_solid and self._is_here(division, box) and self._stands(division, fit)
+        ):
             return False
         self.fit, self.colours = fit, division.model(box.shape)
         return True
+
+    def _stands(self, division: ColourDivision, fit: BoxFit) -> bool:
+        """Whether the height explains what is seen that no mark on the table does."""
+        flat = fit_flat(division, fit.box, self._config)
+        gain = fit.log_likelihood - flat.log_likelihood
+        return gain > self._config.min_gain * (fit.log_likelihood - division.log_likelihood())
 
     def _is_here(self, division: ColourDivision, box: Box) -> bool:
         """Whether the box is about as large as the patch that gave rise to it."""

@@ -13,8 +13,8 @@ import numpy as np
 from gazemap.geometry.arrays import BoolArray, FloatArray, ImageArray
 from gazemap.scene.config import SiteConfig
 from gazemap.scene.foreground import Region, TableView
+from gazemap.scene.passing import SAME_COLOUR, SeenFrame, arrival_ns, leaving_ns
 
-_SAME_COLOUR = 30.0  # distance in 8-bit CIELAB below which a pixel looks as it did
 _AREA_RATIO = 1.3
 
 
@@ -31,7 +31,6 @@ class Site:
         left_ns: when it left, or None.
         covers: the sites that it hides, wholly or in part.
         is_settled: whether it stood still long enough.
-        bare_ns: since when the table shows through, or None.
         empty_ns: since when it is nothing but unchanged table, or None.
     """
 
@@ -43,17 +42,16 @@ class Site:
     left_ns: int | None = None
     covers: "list[Site]" = field(default_factory=list)
     is_settled: bool = False
-    bare_ns: int | None = None
     empty_ns: int | None = None
 
     def see(self, t_ns: int) -> None:
         """Note that the thing is still there."""
-        self.seen_ns, self.bare_ns, self.empty_ns = t_ns, None, None
+        self.seen_ns, self.empty_ns = t_ns, None
 
     def same(self, lab: ImageArray) -> float:
         """Return the share of its pixels that look as they did."""
         now = lab.reshape(-1, 3)[self.region.pixels].astype(np.float64)
-        return float((np.linalg.norm(now - self.colours, axis=1) < _SAME_COLOUR).mean())
+        return float((np.linalg.norm(now - self.colours, axis=1) < SAME_COLOUR).mean())
 
     def bare(self, stands_out: BoolArray) -> float:
         """Return the share of its pixels that look like the table."""
@@ -68,15 +66,6 @@ class SiteChanges:
     left: list[Site] = field(default_factory=list)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Seen:
-    """One segmented frame."""
-
-    t_ns: int
-    lab: ImageArray
-    stands_out: BoolArray
-
-
 class SiteTracker:
     """Follows the resting places through the frames of the fixed camera."""
 
@@ -85,12 +74,13 @@ class SiteTracker:
         self._table, self._config = table, config
         self._open: list[Site] = []
         self._left: list[Site] = []
-        self._history: deque[_Seen] = deque()
+        self._history: deque[SeenFrame] = deque()
         self._count = 0
 
     def add(self, lab: ImageArray, t_ns: int) -> SiteChanges:
         """Take the next reduced image (h, w, 3)."""
-        seen = _Seen(t_ns=t_ns, lab=lab, stands_out=self._table.stands_out(lab))
+        stands_out = self._table.stands_out(lab)
+        seen = SeenFrame(t_ns=t_ns, lab=self._table.levelled(lab), stands_out=stands_out)
         self._history.append(seen)
         while t_ns - self._history[0].t_ns > self._config.history_s * 1e9:
             self._history.popleft()
@@ -101,7 +91,7 @@ class SiteTracker:
         self._open = [s for s in self._open if s.left_ns is None]
         return changes
 
-    def _match(self, regions: list[Region], seen: _Seen, changes: SiteChanges) -> list[Site]:
+    def _match(self, regions: list[Region], seen: SeenFrame, changes: SiteChanges) -> list[Site]:
         """Recognise sites by their patches; return those that were not."""
         unseen = list(self._open)
         for region in regions:
@@ -118,7 +108,7 @@ class SiteTracker:
         ratio = len(new.pixels) / len(known.pixels)
         return close and 1 / _AREA_RATIO < ratio < _AREA_RATIO
 
-    def _new_site(self, region: Region, seen: _Seen) -> Site:
+    def _new_site(self, region: Region, seen: SeenFrame) -> Site:
         self._count += 1
         return Site(
             site_id=self._count,
@@ -128,7 +118,7 @@ class SiteTracker:
             seen_ns=seen.t_ns,
         )
 
-    def _again(self, region: Region, seen: _Seen) -> Site | None:
+    def _again(self, region: Region, seen: SeenFrame) -> Site | None:
         """Return the site that was taken for empty, but looks as it did: an arm deceived us."""
         for site in self._left:
             if self._is_same(site.region, region) and site.same(seen.lab) > 0.8:
@@ -138,7 +128,7 @@ class SiteTracker:
                 return site
         return None
 
-    def _recognise(self, site: Site, seen: _Seen, changes: SiteChanges) -> None:
+    def _recognise(self, site: Site, seen: SeenFrame, changes: SiteChanges) -> None:
         site.see(seen.t_ns)
         if site.is_settled:
             self._uncover(site, changes)
@@ -149,10 +139,9 @@ class SiteTracker:
         """What is seen again as it was is no longer covered: what covered it has left."""
         for above in self._open:
             if above.is_settled and above.left_ns is None and site in above.covers:
-                above.left_ns = above.seen_ns
-                changes.left.append(above)
+                self._close(above, changes)
 
-    def _settle(self, site: Site, seen: _Seen, changes: SiteChanges) -> None:
+    def _settle(self, site: Site, seen: SeenFrame, changes: SiteChanges) -> None:
         touched = [s for s in self._open if s.is_settled and s.left_ns is None]
         site.covers = [s for s in touched if _overlap(s.region, site.region) > 0.3]
         if any(self._is_grown(below, site, seen) for below in site.covers):
@@ -160,10 +149,11 @@ class SiteTracker:
             return
         site.is_settled = True
         site.colours = seen.lab.reshape(-1, 3)[site.region.pixels].astype(np.float64)
-        site.first_ns = self._arrival_ns(site)
+        came_ns = arrival_ns(site.region.pixels, site.colours, self._history)
+        site.first_ns = self._history[0].t_ns if came_ns is None else came_ns
         changes.settled.append(site)
 
-    def _is_grown(self, known: Site, new: Site, seen: _Seen) -> bool:
+    def _is_grown(self, known: Site, new: Site, seen: SeenFrame) -> bool:
         """Whether a patch is a known site with a little more around it, such as a shadow."""
         extra = 1 - _overlap(new.region, known.region)
         if known.same(seen.lab) < 0.6 or extra > 0.35:
@@ -171,20 +161,16 @@ class SiteTracker:
         known.seen_ns = seen.t_ns
         return True
 
-    def _is_intact(self, site: Site, seen: _Seen) -> bool:
+    def _is_intact(self, site: Site, seen: SeenFrame) -> bool:
         looks_same = site.same(seen.lab) >= self._config.min_same
         return looks_same and site.bare(seen.stands_out) < self._config.max_bare
 
-    def _arrival_ns(self, site: Site) -> int:
-        """Return when the place first looked as it does now: a hand may have hidden it since."""
-        arrival = site.first_ns
-        for seen in reversed(self._history):
-            if not self._is_intact(site, seen):
-                break
-            arrival = min(arrival, seen.t_ns)
-        return arrival
+    def _close(self, site: Site, changes: SiteChanges) -> None:
+        left_ns = leaving_ns(site.region.pixels, site.colours, self._history)
+        site.left_ns = max(site.seen_ns if left_ns is None else left_ns, site.first_ns)
+        changes.left.append(site)
 
-    def _look_again(self, site: Site, seen: _Seen, changes: SiteChanges) -> None:
+    def _look_again(self, site: Site, seen: SeenFrame, changes: SiteChanges) -> None:
         """Decide about a site whose patch was not found: hidden, gone, or never at rest."""
         if not site.is_settled:
             site.left_ns = seen.t_ns
@@ -192,17 +178,13 @@ class SiteTracker:
         if self._is_intact(site, seen):
             site.see(seen.t_ns)
             return
-        bare = site.bare(seen.stands_out)
-        if bare >= self._config.max_bare:
-            site.bare_ns = seen.t_ns if site.bare_ns is None else site.bare_ns
-        is_empty = bare >= self._config.min_bare and self._is_unchanged(site)
-        site.empty_ns = (site.empty_ns or seen.t_ns) if is_empty else None
-        if site.empty_ns is None or site.bare_ns is None:
+        is_bare = site.bare(seen.stands_out) >= self._config.min_bare
+        if not (is_bare and self._is_unchanged(site)):
+            site.empty_ns = None
             return
+        site.empty_ns = site.empty_ns or seen.t_ns
         if seen.t_ns - site.empty_ns >= self._config.empty_s * 1e9:
-            lift_ns = int(self._config.lift_s * 1e9)
-            site.left_ns = max(site.seen_ns, site.bare_ns - lift_ns)
-            changes.left.append(site)
+            self._close(site, changes)
 
     def _is_unchanged(self, site: Site) -> bool:
         """Whether a place looks as in the frame before: an arm of the table's colour moves."""

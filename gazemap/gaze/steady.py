@@ -1,0 +1,46 @@
+"""Gaze with the head's motion taken out."""
+
+import numpy as np
+
+from gazemap.gaze.config import FixationConfig
+from gazemap.gaze.directions import angles_of, poses_at
+from gazemap.geometry.arrays import FloatArray, IntArray
+from gazemap.types.tracking import Trajectory
+
+
+class SteadyGaze:
+    """Gaze samples with the head's motion taken out."""
+
+    def __init__(
+        self,
+        t_ns: IntArray,
+        directions_cam: FloatArray,
+        trajectory: Trajectory | None,
+        config: FixationConfig,
+    ) -> None:
+        self.t_ns, self._directions = t_ns, directions_cam
+        self.R, self.p = np.tile(np.eye(3), (len(t_ns), 1, 1)), np.zeros((len(t_ns), 3))
+        is_posed = np.zeros(len(t_ns), dtype=bool)
+        if trajectory is not None:
+            self.R, self.p, is_posed = poses_at(trajectory, t_ns)
+        self._is_posed = is_posed
+        rays = np.einsum("nij,nj->ni", self.R, directions_cam)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            reach = -self.p[:, 2] / rays[:, 2]
+        is_near = (reach > 0) & (reach < 3 * config.assumed_distance_m)
+        reach = np.where(is_near, reach, config.assumed_distance_m)
+        self._reach = reach[:, None] * rays
+        self.period_s = float(np.median(np.diff(t_ns))) * 1e-9
+
+    def seen_from(self, i: IntArray, j: IntArray, *, nearer: float = 1.0) -> FloatArray:
+        """Return the angles (..., 2) in degrees at which sample j's point lies for the camera of i.
+
+        Angles are relative to sample i's own camera; without poses sample j's direction is taken
+        as it is. `nearer` scales how far gaze is taken to reach.
+        """
+        points = self.p[j] + nearer * self._reach[j]
+        to_point = np.einsum("...ij,...i->...j", self.R[i], points - self.p[i])
+        both = (self._is_posed[i] & self._is_posed[j])[..., None]
+        direction = np.where(both, to_point, self._directions[j])
+        flat = angles_of(direction.reshape(-1, 3))
+        return np.asarray(np.degrees(flat).reshape((*direction.shape[:-1], 2)))
