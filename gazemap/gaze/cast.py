@@ -19,6 +19,7 @@ from gazemap.types.tracking import Trajectory
 
 _NODES, _WEIGHTS = np.polynomial.hermite_e.hermegauss(5)
 _GRID = np.stack(np.meshgrid(_NODES, _NODES), axis=-1).reshape(-1, 2)
+_CHANGE_WEIGHT = 0.16  # of the scene one standard deviation of time away, on either side
 _GRID_WEIGHTS = np.outer(_WEIGHTS, _WEIGHTS).ravel() / _WEIGHTS.sum() ** 2
 
 PosedOverhead = tuple[Camera, Pose[World, Overhead]]
@@ -85,20 +86,40 @@ class FixationCaster:
         )
         middle = hits[0]
         if isinstance(middle, Miss):
-            return _miss(fixation, uv_px, middle.reason)
+            return _miss(fixation, uv_px, middle.reason, T_world_cam.t)
+        earlier_later = self._at_other_times(fixation.mid_ns, T_world_cam, rays_cam[:1])
         return Fixation3D(
             fixation=fixation,
             scene_uv_px=uv_px,
             hit=HitKind.OBJECT if middle.object_id else HitKind.SURFACE,
             point_world=middle.point_world,
-            cov_world=self._covariance(middle, hits[1:]),
+            cov_world=self._covariance(middle, hits[1:], earlier_later),
             object_id=middle.object_id,
             overhead_uv_px=_projected(middle.point_world, overhead),
             origin_world=T_world_cam.t,
         )
 
-    def _covariance(self, middle: SurfaceHit, around: list[SurfaceHit | Miss]) -> FloatArray:
-        """Return gaze, pose and surface together (3, 3)."""
+    def _at_other_times(
+        self, t_ns: int, T_world_cam: Pose[World, Cam], rays_cam: FloatArray
+    ) -> list[SurfaceHit | Miss]:
+        """Return what the ray meets in the scene as it stood a little earlier and later."""
+        step_ns = int(self._noise.change_sigma_s * 1e9)
+        return [
+            self._surface.cast(
+                t_ns=t_ns + shift_ns,
+                origins_world=T_world_cam.t[None],
+                directions_world=T_world_cam.rotate(rays_cam),
+            )[0]
+            for shift_ns in (-step_ns, step_ns)
+        ]
+
+    def _covariance(
+        self,
+        middle: SurfaceHit,
+        around: list[SurfaceHit | Miss],
+        earlier_later: list[SurfaceHit | Miss],
+    ) -> FloatArray:
+        """Return gaze, pose, surface and its changes together (3, 3)."""
         met = [
             (hit.point_world - middle.point_world, weight)
             for hit, weight in zip(around, _GRID_WEIGHTS, strict=True)
@@ -107,11 +128,17 @@ class FixationCaster:
         away, weights = np.array([a for a, _ in met]), np.array([w for _, w in met])
         cov = np.einsum("k,ki,kj->ij", weights / weights.sum(), away, away)
         cov += middle.sigma_m**2 * np.outer(middle.normal_world, middle.normal_world)
+        for hit in earlier_later:
+            if isinstance(hit, SurfaceHit):
+                change = hit.point_world - middle.point_world
+                cov += _CHANGE_WEIGHT * np.outer(change, change)
         total: FloatArray = cov + self._noise.pose_sigma_m**2 * np.eye(3)
         return total
 
 
-def _miss(fixation: Fixation, uv_px: FloatArray, reason: str) -> Fixation3D:
+def _miss(
+    fixation: Fixation, uv_px: FloatArray, reason: str, origin_world: FloatArray | None = None
+) -> Fixation3D:
     return Fixation3D(
         fixation=fixation,
         scene_uv_px=uv_px,
@@ -121,6 +148,7 @@ def _miss(fixation: Fixation, uv_px: FloatArray, reason: str) -> Fixation3D:
         object_id=None,
         overhead_uv_px=None,
         reason=reason,
+        origin_world=origin_world,
     )
 
 

@@ -51,6 +51,8 @@ class OffsetConfig:
         min_sigma_deg: nobody looks more exactly.
         on_object: share of fixations that are on objects, at first.
         ahead_s: a thing's next place is looked at so long before it gets there.
+        systematic_deg: how far the error is from constant over the image, and people's aim from
+            the middle of things, whatever the number of fixations.
         significance: the error is taken out if its squared Mahalanobis length is above this
             (chi-square of two degrees at 99 %).
         unknown_sigma_deg: how well gaze is known where nothing could be estimated.
@@ -61,6 +63,7 @@ class OffsetConfig:
     min_sigma_deg: float = 0.1
     on_object: float = 0.5
     ahead_s: float = 6.0
+    systematic_deg: float = 0.08
     significance: float = 9.21
     unknown_sigma_deg: float = 1.0
 
@@ -73,8 +76,10 @@ class GazeNoise:
         fixation_sigma_deg: of a fixation's direction, apart from the constant offset.
         pose_sigma_m: of the camera's place.
         pose_sigma_deg: of the camera's heading.
+        change_sigma_s: of the moments at which things are put down and taken up.
     """
 
     fixation_sigma_deg: float = 0.06
     pose_sigma_m: float = 0.0005
     pose_sigma_deg: float = 0.02
+    change_sigma_s: float = 0.25

@@ -115,7 +115,7 @@ def _expectation_maximisation(
     state.offset = grid[int(np.argmax(heights))]
     for _ in range(_ROUNDS):
         state = _update(pulls, state, config)
-    return state.offset, _covariance(pulls, state)
+    return state.offset, _covariance(pulls, state) + config.systematic_deg**2 * np.eye(2)
 
 
 def _memberships(pulls: FloatArray, offset: FloatArray, state: _State) -> FloatArray:
