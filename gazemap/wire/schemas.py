@@ -5,6 +5,7 @@ from typing import Final
 from foxglove_schemas_protobuf.CameraCalibration_pb2 import CameraCalibration
 from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 from foxglove_schemas_protobuf.CompressedVideo_pb2 import CompressedVideo
+from foxglove_schemas_protobuf.FrameTransform_pb2 import FrameTransform
 from foxglove_schemas_protobuf.PointCloud_pb2 import PointCloud
 from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
@@ -38,6 +39,7 @@ SCHEMAS: Final[dict[Stream, Descriptor]] = {
     Stream.MAP_POINTS: PointCloud.DESCRIPTOR,
     Stream.MAP_MESH: SceneUpdate.DESCRIPTOR,
     Stream.MAP_EVENT: streams.MapEvent.DESCRIPTOR,
+    Stream.OVERHEAD_POSE: FrameTransform.DESCRIPTOR,
     Stream.MAPPING_STATUS: streams.ServiceStatus.DESCRIPTOR,
     Stream.PLAN: grounding.Plan.DESCRIPTOR,
     Stream.INSTRUCTION: grounding.Instruction.DESCRIPTOR,
