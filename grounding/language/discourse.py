@@ -70,7 +70,8 @@ class Discourse:
     def _one(self, draft: Draft) -> list[Instruction] | Refusal:
         targets: list[_Resolved] = []
         for one in draft.targets:
-            resolved = self._target(one, action=draft.action)
+            named = [each.mention for each in targets]
+            resolved = self._target(one, action=draft.action, own=named)
             if not resolved:
                 return _unresolved(one)
             targets.extend(resolved)
@@ -116,12 +117,12 @@ class Discourse:
             self.instructions += 1
         self.drafts += 1
 
-    def _target(self, one: Mention, *, action: Action) -> list[_Resolved]:
+    def _target(self, one: Mention, *, action: Action, own: Sequence[Mention]) -> list[_Resolved]:
         """Return what a target stands for; nothing if nothing earlier fits."""
         if one.reference is Reference.NAMED:
             return [_Resolved(mention=one, source=None)]
         if one.reference is Reference.NOUN_MISSING:
-            return self._with_noun(one, own=())
+            return self._with_noun(one, own=own)
         return self._pronoun(one, own=(), opening=action in _OPENING)
 
     def _pronoun(
@@ -157,7 +158,10 @@ class Discourse:
     def _with_noun(self, one: Mention, *, own: Sequence[Mention]) -> list[_Resolved]:
         """Return "the red one" with the noun of what was named last."""
         known = [
-            *[Referent(mention=mention, instruction=None, draft=self.drafts) for mention in own],
+            *[
+                Referent(mention=each, instruction=None, draft=self.drafts)
+                for each in reversed(own)
+            ],
             *reversed(self.referents),
         ]
         lender = next((each for each in known if each.mention.words), None)

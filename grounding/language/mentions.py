@@ -189,9 +189,9 @@ def _before(ordered: Sequence[tuple[str, bool]], node_id: str) -> str:
 
 
 def _pair_of(graph: Graph, node_id: str) -> str | None:
-    """Return the conjunction that holds an adjective, if any."""
-    parents = graph.parents(node_id)
-    return next((each for each in parents if graph.part(each) is Part.CONJUNCTION), None)
+    """Return the outermost conjunction that holds an adjective, if any."""
+    above = [each for each in graph.parents(node_id) if graph.part(each) is Part.CONJUNCTION]
+    return (_pair_of(graph, above[0]) or above[0]) if above else None
 
 
 def _describing(graph: Graph, x: str) -> list[tuple[str, bool]]:

@@ -1,7 +1,7 @@
 """Prepositional phrases of an EDS, found in both directions, as words in spoken order."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 from grounding.language.drafts import Mention, Phrase
@@ -9,6 +9,7 @@ from grounding.language.graph import Graph, Part
 from grounding.language.lexicon import lexicon
 from grounding.language.mentions import ChoiceLeft, lent, mentions
 
+_PLACING: Final = frozenset({"put", "place", "set", "lay", "leave", "drop", "stack", "see", "find"})
 _CLAUSE_WORDS: Final = frozenset({"that", "which", "who", "is", "are", "was", "were", "that's"})
 
 
@@ -21,12 +22,14 @@ class Unit:
         preposition: its words, joined by hyphens.
         phrase: the words of it and its landmark.
         in_clause: whether it stands in a relative clause.
+        loose: whether that clause can do without it: "the cube that you took".
     """
 
     start: int
     preposition: str
     phrase: Phrase
     in_clause: bool
+    loose: bool = False
 
 
 def units_of(graph: Graph, heads: list[str], *, skipped: frozenset[str]) -> list[Unit]:
@@ -185,7 +188,10 @@ class _Explorer:
         for verb in clauses:
             if graph.part(verb) is Part.VERB and verb not in self.visited:
                 self.visited.add(verb)
-                yield from self.on(verb, in_clause=True)
+                subject = graph.argument(verb, "ARG1")
+                loose = subject not in (None, x) and graph.predicate(verb).lemma not in _PLACING
+                for unit in self.on(verb, in_clause=True):
+                    yield replace(unit, loose=loose)
 
 
 def _opens_clause(graph: Graph, node_id: str) -> bool:

@@ -119,6 +119,8 @@ def _split(units: list[Unit], *, frame: Frame, front: int) -> tuple[list[Phrase]
             return _phrases(fronted[at:]), _phrases([*fronted[:at], *behind])
         at = _first_source(outside)
         return _phrases(outside[at:]), _phrases([*fronted, *inside, *outside[:at]])
+    if not fronted and not outside and inside and inside[-1].loose:
+        outside, inside = inside[-1:], inside[:-1]
     if fronted and not (_first_source(fronted) == 0 and outside):
         return _phrases(fronted), _phrases(behind)
     if len(outside) > 1 and outside[0].preposition == "with":

@@ -124,7 +124,8 @@ def _analysis(text: str) -> tuple[frozenset[str], str, bool, str, Degree, bool]:
     elif not text[0].isalpha():
         closed.add("junk")
     noun, plural = _noun(text, known=known)
-    adjective, degree = known.adjectives.get(text, ("", Degree.POSITIVE))
+    stem = text.removesuffix("-colored").removesuffix("-coloured")
+    adjective, degree = known.adjectives.get(stem, ("", Degree.POSITIVE))
     is_known = bool(closed or noun or adjective)
     if not is_known and text.endswith("est") and len(text) > 5:
         adjective, degree = _positive(text[:-3]), Degree.SUPERLATIVE

@@ -5,6 +5,7 @@ from typing import Final
 from grounding.language.grammar.chart import Chart, Found
 from grounding.language.grammar.rules import (
     adjective_phrase,
+    finite_predicate,
     nominal,
     prep_phrase,
     simple_noun,
@@ -14,7 +15,6 @@ from grounding.language.grammar.tree import (
     AdjectivePair,
     Clause,
     Description,
-    Kind,
     Mood,
     Nominal,
     NounPhrase,
@@ -51,12 +51,13 @@ def _stated(chart: Chart, i: int) -> Found[Sentence]:
             if chart.at(k).text in _BE:
                 start = k + 1 + (chart.at(k + 1).text == "not")
                 yield from _copular(chart, subject, i=start, verb=k, mood=Mood.STATEMENT)
-            elif (
-                not isinstance(subject, NounPhrase)
-                or subject.kind is not Kind.PRONOUN
-                or (subject.head.lemma not in ("i", "you", "we"))
-            ):
+            if not _speaks(subject):
                 yield from _acting(chart, subject, i=k, mood=Mood.STATEMENT)
+
+
+def _speaks(subject: Nominal) -> bool:
+    """Whether a subject is the speaker or the listener, whose doings are commands."""
+    return isinstance(subject, NounPhrase) and subject.head.lemma in ("i", "you", "we")
 
 
 def _copular(
@@ -75,8 +76,6 @@ def _said(chart: Chart, i: int) -> Found[Said | None]:
 
 def _acting(chart: Chart, subject: Nominal, *, i: int, mood: Mood) -> Found[Clause]:
     """Yield what somebody else does: "the robot takes the cube"."""
-    for form in (Form.PRESENT, Form.PAST, Form.BASE):
-        if not chart.at(i).verb(form):
-            continue
-        for predicate, end in verb_phrases(chart, i, form=form):
-            yield Clause(mood=mood, predicate=predicate, subject=subject), end
+    spoken = verb_phrases(chart, i, form=Form.PRESENT) if chart.at(i).verbs else ()
+    for predicate, end in (*spoken, *finite_predicate(chart, i)):
+        yield Clause(mood=mood, predicate=predicate, subject=subject), end

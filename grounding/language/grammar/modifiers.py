@@ -15,6 +15,7 @@ from grounding.language.grammar.tree import (
 from grounding.language.morphology import Degree, Form
 from grounding.language.words import Token
 
+COLOURING: Final = frozenset({"colored", "coloured", "painted"})
 _GRADES: Final = {
     "more": Degree.COMPARATIVE, "less": Degree.COMPARATIVE,
     "most": Degree.SUPERLATIVE, "least": Degree.SUPERLATIVE,
@@ -36,6 +37,8 @@ def nominal_run(chart: Chart, i: int, *, opened: bool) -> list[int]:
     j = i
     while True:
         token = chart.at(j)
+        if run and _opens_phrase(chart, j, before=run[-1]):
+            return run
         if is_nominal(chart, j, opened=opened or bool(run)):
             run.append(j)
         elif not (_links_adjectives(chart, j, run=run) or _grades(chart, j)):
@@ -43,6 +46,14 @@ def nominal_run(chart: Chart, i: int, *, opened: bool) -> list[int]:
         j += 1
         if not token.text:
             return run
+
+
+def _opens_phrase(chart: Chart, i: int, *, before: int) -> bool:
+    """Whether a preposition of several words starts here: "next to", but not "top left of"."""
+    if chart.after_phrase(i, name="prepositions") == i:
+        return False
+    last = chart.at(before)
+    return not (chart.at(i).is_a("directions") and (last.is_a("directions") or not last.noun))
 
 
 def is_nominal(chart: Chart, i: int, *, opened: bool) -> bool:
@@ -55,7 +66,7 @@ def is_nominal(chart: Chart, i: int, *, opened: bool) -> bool:
     if not token.known or token.text in ("one", "ones"):
         return not token.text.endswith("ly") or len(token.text) < 5
     if not opened or token.closed:
-        return token.text == "a" and token.capital and bool(chart.at(i - 1).noun)
+        return token.text == "a" and token.capital and i > 0
     return _is_verbal(chart, i)
 
 
@@ -103,12 +114,24 @@ def modifiers_of(chart: Chart, run: Sequence[int]) -> tuple[Modifier, ...]:
     found: list[Modifier] = []
     for k in run:
         modifier = _modifier(chart, k)
-        if found and chart.at(k - 1).text in ("and", "or") and k - 1 not in run:
+        if found and _is_listed(chart, k, run=run):
             pair = AdjectivePair(conjunction=chart.word(k - 1), left=found.pop(), right=modifier)
             found.append(pair)
+        elif chart.at(k).text in COLOURING and chart.words.classes.get(chart.at(k - 1).text):
+            continue
         else:
             found.append(modifier)
     return tuple(found)
+
+
+def _is_listed(chart: Chart, k: int, *, run: Sequence[int]) -> bool:
+    """Whether an adjective stands in a list that has a conjunction: "red, blue and green"."""
+    if k - 1 in run or chart.at(k - 1).text not in (",", "and", "or"):
+        return False
+    last = k - 1
+    while chart.at(last).text == "," and last + 1 in run and last + 2 not in run:
+        last += 2
+    return chart.at(last).text in ("and", "or")
 
 
 def _modifier(chart: Chart, k: int) -> Modifier:

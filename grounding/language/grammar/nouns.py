@@ -18,6 +18,7 @@ _PRONOUNS: Final = {
     "someone": (3, False), "everyone": (3, False), "something": (3, False),
     "anything": (3, False), "everything": (3, True),
 }  # fmt: skip
+_SUBJECTS: Final = frozenset({"i", "we", "he", "she", "they", "you"})
 _WHOLE: Final = frozenset({"all", "both", "half", "either", "neither", "such"})
 _SHORTER: Final = 3
 
@@ -88,7 +89,9 @@ def _described(chart: Chart, i: int) -> Found[NounPhrase]:
 
 def _is_name(chart: Chart, i: int) -> bool:
     """Whether an "A" here is a letter: "block A"."""
-    return chart.at(i).text == "a" and bool(chart.at(i - 1).noun) and chart.at(i).capital
+    following = chart.at(i + 1)
+    described = following.noun or following.adjective or (following.text and not following.known)
+    return chart.at(i).text == "a" and chart.at(i).capital and i > 0 and not described
 
 
 def _cores(chart: Chart, j: int, *, determiner: int | None) -> Found[NounPhrase]:
@@ -148,7 +151,7 @@ def _kind(chart: Chart, run: Sequence[int], *, determiner: int | None) -> Kind |
         return Kind.NOUN
     colour = chart.words.classes.get(token.text) == "colour"
     if token.adjective or token.is_a("ordinals"):
-        whole = all(not each.noun or each.adjective for each in before) or colour
+        whole = all(not each.noun or each.adjective for each in before)
         return Kind.ADJECTIVE if whole and (determiner is not None or colour) else None
     return None
 
@@ -191,7 +194,9 @@ def _nominal(chart: Chart, i: int) -> Found[Nominal]:
     for left, j in simple_noun(chart, i):
         for at, word, excludes in _noun_conjunctions(chart, j):
             for right, end in nominal(chart, at):
-                if word is None and isinstance(right, NounPhrase) and right.determiner is None:
+                first = _first(right)
+                unmarked = word is None and first is right and first.determiner is None
+                if unmarked or first.head.lemma in _SUBJECTS:
                     continue
                 conjunction = None if word is None else chart.joined(*word)
                 pair = NounPair(
@@ -200,6 +205,10 @@ def _nominal(chart: Chart, i: int) -> Found[Nominal]:
                 )  # fmt: skip
                 yield pair, end
         yield left, j
+
+
+def _first(nominal: Nominal) -> NounPhrase:
+    return nominal if isinstance(nominal, NounPhrase) else _first(nominal.left)
 
 
 def _noun_conjunctions(chart: Chart, i: int) -> Iterator[tuple[int, tuple[int, int] | None, bool]]:

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from typing import Final
 
 from grounding.language.grammar.chart import Chart, Found
-from grounding.language.grammar.modifiers import adjective_at, is_adjective
+from grounding.language.grammar.modifiers import COLOURING, adjective_at, is_adjective
 from grounding.language.grammar.rules import (
     adjective_phrase,
     relative,
@@ -34,7 +34,6 @@ _WITH_PHRASE: Final = frozenset(
 _COMPLEMENTS: Final = frozenset({"to", "from", "of", "than"})
 _FINITE: Final = (Form.PRESENT, Form.PAST, Form.BASE)
 _SKIPPED: Final = frozenset({"have", "has", "had", "did", "do", "just", "are", "were", "am", "is"})
-_COLOURING: Final = frozenset({"colored", "coloured", "painted"})
 
 
 @relative.define
@@ -96,7 +95,7 @@ def _one_adjective(chart: Chart, i: int) -> Found[Adjective]:
     j = i + (negation is not None)
     while chart.at(j).text in ("the", "a", "most", "least", "more", "very", "really", "quite"):
         j += 1
-    if chart.at(j).text in _COLOURING and is_adjective(chart.at(j + 1)):
+    if chart.at(j).text in COLOURING and is_adjective(chart.at(j + 1)):
         j += 1
     token = chart.at(j)
     ordinal = token.is_a("ordinals") and j > i
@@ -155,7 +154,7 @@ def _with_verb(chart: Chart, i: int) -> Found[Attributes]:
 def _reduced(chart: Chart, i: int) -> Found[Attributes]:
     """Yield "lying on the table", "made of wood", "closest to the box", "painted red"."""
     token = chart.at(i)
-    if token.adjective or token.text in _COLOURING:
+    if token.adjective or token.text in COLOURING:
         yield from _postnominal(chart, i)
     passive = bool(token.verb(Form.PARTICIPLE)) and not (
         token.verb(Form.BASE) or token.is_a("places")
@@ -172,7 +171,7 @@ def _reduced(chart: Chart, i: int) -> Found[Attributes]:
 
 
 def _postnominal(chart: Chart, i: int) -> Found[Attributes]:
-    painted = chart.at(i).text in _COLOURING
+    painted = chart.at(i).text in COLOURING
     if painted and chart.at(i + 1).adjective:
         yield (adjective_at(chart, i + 1),), i + 2
     elif not painted and (chart.at(i).degree is not Degree.POSITIVE or chart.at(i).text == "full"):
@@ -193,7 +192,7 @@ def _verb_relative(
     chart: Chart, verb: Word, *, i: int, subject: NounPhrase | None,
     has_object: bool = False, passive: bool = False,
 ) -> Found[Attributes]:  # fmt: skip
-    for taken, j in _objects(chart, i, has_object=has_object):
+    for taken, j in _objects(chart, i, has_object=has_object, pronouns=subject is not None):
         particle = chart.word(j) if _is_particle(chart, j) else None
         for phrases, end in _phrases(chart, j + (particle is not None)):
             clause = VerbRelative(
@@ -203,9 +202,13 @@ def _verb_relative(
             yield (clause,), end
 
 
-def _objects(chart: Chart, i: int, *, has_object: bool) -> Iterator[tuple[NounPhrase | None, int]]:
-    if has_object:
-        yield from simple_noun(chart, i)
+def _objects(
+    chart: Chart, i: int, *, has_object: bool, pronouns: bool
+) -> Iterator[tuple[NounPhrase | None, int]]:
+    """Yield what the verb of a clause takes; beside its subject only whom: "I gave you"."""
+    for noun, end in simple_noun(chart, i) if has_object or pronouns else ():
+        if has_object or noun.kind is Kind.PRONOUN:
+            yield noun, end
     yield None, i
 
 
