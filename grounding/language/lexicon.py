@@ -52,7 +52,7 @@ class Lexicon:
 _CLOSED: Final = (
     "determiners", "demonstratives", "quantities", "cardinals", "ordinals", "particles", "places",
     "adverbs", "interjections", "calls", "results", "units", "conjunctions", "function_words",
-    "negations",
+    "negations", "fillers",
 )  # fmt: skip
 _PHRASES: Final = ("phrases", "conjunction_phrases", "without", "leads_base", "leads_gerund")
 _CLASSES: Final = ("colour", "size", "weight", "side", "material")

@@ -19,8 +19,8 @@ from grounding.types import Instruction
 
 MAX_CHARACTERS: Final = 1200
 _ASKING: Final = frozenset(
-    {"which", "what", "who", "whose", "where", "when", "why", "how", "is", "are", "was", "were",
-     "do", "does", "did", "has", "have", "am"}
+    {"which", "what", "who", "whose", "where", "why", "how", "is", "are", "was", "were", "does",
+     "did", "has", "am"}
 )  # fmt: skip
 
 

@@ -19,7 +19,7 @@ _CLITIC: Final = re.compile(r"(n't|'s|'m|'re|'ll|'ve|'d)$")
 _FUSED: Final = {
     "cannot": ("can", "not"), "cant": ("can", "not"), "dont": ("do", "not"),
     "gonna": ("going", "to"), "wanna": ("want", "to"), "gotta": ("have", "to"),
-    "lemme": ("let", "me"), "gimme": ("give", "me"),
+    "lets": ("let", "'s"), "lemme": ("let", "me"), "gimme": ("give", "me"),
 }  # fmt: skip
 _FULL: Final = {"n't": "not", "'m": "am", "'re": "are", "'ll": "will", "'ve": "have", "'d": "would"}
 _STEMS: Final = {"ca": "can", "wo": "will", "sha": "shall"}
@@ -79,10 +79,28 @@ def verb_forms(table: VerbTable) -> VerbForms:
 
 def tokens_of(sentence: str, *, forms: VerbForms) -> list[Token]:
     """Return the tokens of a sentence; brackets, quotes and full stops are left out."""
-    return [
+    found = [
         _token(text, start=start, end=end, capital=capital, forms=forms)
         for text, start, end, capital in _pieces(sentence.replace("\u2019", "'"))
     ]
+    while found and found[-1].is_a("junk"):
+        found.pop()
+    return _without_fillers(found)
+
+
+def _without_fillers(tokens: list[Token]) -> list[Token]:
+    """Leave out "uh" with the pauses around it."""
+    kept: list[Token] = []
+    skips = False
+    for token in tokens:
+        if token.is_a("fillers"):
+            skips = True
+            while kept and kept[-1].is_a("pause"):
+                kept.pop()
+        elif not (skips and token.is_a("pause")):
+            kept.append(token)
+            skips = False
+    return kept
 
 
 def _pieces(sentence: str) -> Iterator[tuple[str, int, int, bool]]:

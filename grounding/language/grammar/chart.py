@@ -48,9 +48,13 @@ class Chart:
         """Return where the longest fixed phrase of a class that starts here ends, or `i`."""
         text = self.at(i).text
         for words in self.words.starts[name].get(text, ()):
-            if all(self.at(i + k).text == word for k, word in enumerate(words)):
+            if all(_same(self.at(i + k).text, word) for k, word in enumerate(words)):
                 return i + len(words)
         return i
+
+
+def _same(text: str, word: str) -> bool:
+    return text == word or (word == "is" and text == "'s")
 
 
 _END: Final = Token(text="", start=0, end=0)

@@ -96,11 +96,19 @@ def _opening(chart: Chart, i: int) -> tuple[tuple[Adverb, ...], int]:
 def _called(chart: Chart, i: int) -> Iterator[int]:
     """Yield where a clause goes on behind the name of whom it is said to: "robot, take it"."""
     for k in (i + 1, i + 2, i + 3):
-        names = [chart.at(n) for n in range(i, k)]
-        if all(token.noun or not token.known or token.is_a("determiners") for token in names) and (
-            chart.at(k).is_a("pause")
-        ):
+        if all(_may_call(chart.at(n)) for n in range(i, k)) and chart.at(k).is_a("pause"):
             yield k + 1
+    name, following = chart.at(i), chart.at(i + 1)
+    person = name.noun in chart.words.animate or (not name.known and name.capital)
+    if person and not name.plural and following.verb(Form.BASE):
+        yield i + 1
+
+
+def _may_call(token: Token) -> bool:
+    """Whether a word may be part of what somebody is called: "robot", "hey you", "step 1"."""
+    if token.text == "you" or token.is_a("cardinals") or token.is_a("determiners"):
+        return True
+    return bool(token.noun or (token.text and not token.known))
 
 
 def _commanding(chart: Chart, i: int, *, adverbs: tuple[Adverb, ...]) -> Found[Sentence]:

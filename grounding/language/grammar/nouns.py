@@ -222,6 +222,8 @@ def _noun_conjunctions(chart: Chart, i: int) -> Iterator[tuple[int, tuple[int, i
     end = chart.after_phrase(j, name="conjunction_phrases")
     if end == j and chart.at(j).text in ("and", "or", "plus", "&", "nor"):
         end = j + 1
+    if end == j and chart.at(j).text == "then" and chart.at(j + 1).is_a("determiners"):
+        end = j + 1
     if end > j and not opens_predicate(chart, end):
         yield end, (j, end), False
     elif end == j and paused and not opens_predicate(chart, end):

@@ -190,10 +190,22 @@ def _control(chart: Chart, i: int, *, lemma: str) -> Found[Predicate]:
             yield Control(verb=verb, modal=False, person=None, body=body), end
         elif lemma in kinds["not_to"]:
             yield Negation(word=verb, body=body), end
-    for person, k in simple_noun(chart, j) if lemma in kinds["person_to"] else ():
-        for body, end in to_predicate(chart, k):
-            yield Control(verb=verb, modal=False, person=person, body=body), end
+    yield from _with_person(chart, j, verb=verb)
     yield from _with_gerund(chart, j, verb=verb)
+
+
+def _with_person(chart: Chart, i: int, *, verb: Word) -> Found[Predicate]:
+    """Yield "want you to take" and "help me take"."""
+    kinds = chart.words.control
+    asks, helps = verb.lemma in kinds["person_to"], verb.lemma in kinds["person_base"]
+    for person, j in simple_noun(chart, i) if asks or helps else ():
+        bodies = (
+            *(to_predicate(chart, j) if asks else ()),
+            *(_single_base(chart, j) if helps else ()),
+        )
+        for body, end in bodies:
+            whom = None if helps else person
+            yield Control(verb=verb, modal=False, person=whom, body=body), end
 
 
 def _with_gerund(chart: Chart, i: int, *, verb: Word) -> Found[Predicate]:

@@ -14,6 +14,7 @@ from grounding.language.grammar.tree import Nominal, NounPair, NounPhrase, PrepP
 from grounding.language.morphology import Form
 
 _NO_PHRASE: Final = frozenset({"of", "than"})
+_SUBJECTS: Final = frozenset({"i", "you", "we", "he", "she", "they", "it"})
 _TAKES_PHRASE: Final = frozenset({"from", "in", "over", "up", "down", "to", "out+from"})
 
 
@@ -89,7 +90,8 @@ def _completed(
     if word.lemma == "to" and _is_infinitive(chart, end):
         return
     for found, after in landmark(chart, end):
-        yield PrepPhrase(word=word, landmark=found), after
+        if not (chart.at(end).text in _SUBJECTS and chart.at(after).verbs):
+            yield PrepPhrase(word=word, landmark=found), after
 
 
 def _is_infinitive(chart: Chart, i: int) -> bool:

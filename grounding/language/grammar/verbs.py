@@ -71,15 +71,18 @@ def _is_unknown_verb(chart: Chart, i: int) -> bool:
 def _framed(chart: Chart, verb: Word, *, form: Form, i: int) -> Found[Predicate]:
     entry = chart.verbs.entry(verb.lemma)
     taking = entry is not None and entry.frame is Frame.TAKE
-    before, j = adverbs_at(chart, i)
+    before, j = adverbs_at(chart, i + chart.at(i).is_a("pause"))
+    j = j if before else i
     changing = frozenset() if entry is None else entry.not_with
+    tails = tail_of_taking if taking else tail_of_others
     for particle, start in _particles(chart, j, more=changing):
-        for recipient, taken, after in _objects(chart, start):
-            for tail, end in (tail_of_taking if taking else tail_of_others)(chart, after):
+        more, begin = adverbs_at(chart, start) if particle is not None else ((), start)
+        for recipient, taken, after in _objects(chart, begin):
+            for tail, end in tails(chart, after):
                 phrase = VerbPhrase(
                     verb=verb, form=form, end=chart.at(end - 1).end, object=taken,
                     particle=particle or tail.particle, joined=particle is not None,
-                    recipient=recipient, phrases=tail.phrases, adverbs=(*before, *tail.adverbs),
+                    recipient=recipient, phrases=tail.phrases, adverbs=(*before, *more, *tail.adverbs),
                 )  # fmt: skip
                 yield from _gapped(chart, phrase, i=end, taking=taking)
                 yield phrase, end
@@ -90,7 +93,13 @@ def _particles(chart: Chart, i: int, *, more: frozenset[str]) -> Iterator[tuple[
     if (token.text in _BEFORE_OBJECT or token.text in more) and following.text != "of":
         opens = following.is_a("determiners") or following.noun or following.adjective
         unknown = bool(following.text) and not following.known
-        if opens or unknown or pronoun_person(chart, i + 1) or following.is_a("quantities"):
+        if (
+            opens
+            or unknown
+            or following.is_a("adverbs")
+            or pronoun_person(chart, i + 1)
+            or following.is_a("quantities")
+        ):
             yield chart.word(i), i + 1
     yield None, i
 
@@ -169,26 +178,29 @@ def _starves(chart: Chart, found: tuple[PrepPhrase, int]) -> bool:
 def _tail(
     chart: Chart, i: int, *, rest: Rule[Tail], phrases: tuple[tuple[PrepPhrase, int], ...]
 ) -> Found[Tail]:
-    adverb, after = adverb_at(chart, i, closing=True)
-    several = adverb is not None and after > i + 1
-    for phrase, j in () if several else phrases:
+    for piece, j in _pieces(chart, i, phrases=phrases):
         for tail, end in rest(chart, j):
-            yield _grown(tail, phrase=phrase), end
-    if adverb is not None:
-        for tail, end in rest(chart, after):
-            yield _grown(tail, adverb=adverb), end
-    if chart.at(i).is_a("particles"):
-        for tail, end in rest(chart, i + 1):
-            yield _grown(tail, particle=chart.word(i)), end
+            yield _joined(piece, tail), end
     yield Tail(), i
+    for phrase, j in single_prep_phrase(chart, i + 1) if chart.at(i).is_a("pause") else ():
+        for tail, end in rest(chart, j):
+            yield _joined(Tail(phrases=(phrase,)), tail), end
 
 
-def _grown(
-    tail: Tail, *, phrase: PrepPhrase | None = None, adverb: Adverb | None = None,
-    particle: Word | None = None,
-) -> Tail:  # fmt: skip
+def _pieces(chart: Chart, i: int, *, phrases: tuple[tuple[PrepPhrase, int], ...]) -> Found[Tail]:
+    """Yield one piece of a tail: a phrase, an adverb or a particle."""
+    adverb, after = adverb_at(chart, i, closing=True)
+    if adverb is None or after == i + 1:
+        for phrase, j in phrases:
+            yield Tail(phrases=(phrase,)), j
+    if adverb is not None:
+        yield Tail(adverbs=(adverb,)), after
+    if chart.at(i).is_a("particles"):
+        yield Tail(particle=chart.word(i)), i + 1
+
+
+def _joined(first: Tail, then: Tail) -> Tail:
     return Tail(
-        phrases=tail.phrases if phrase is None else (phrase, *tail.phrases),
-        adverbs=tail.adverbs if adverb is None else (adverb, *tail.adverbs),
-        particle=particle or tail.particle,
-    )
+        phrases=(*first.phrases, *then.phrases), adverbs=(*first.adverbs, *then.adverbs),
+        particle=first.particle or then.particle,
+    )  # fmt: skip
