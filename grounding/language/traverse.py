@@ -14,12 +14,14 @@ from delphin.eds import EDS
 from grounding.language.commands import Command, commands
 from grounding.language.drafts import Draft, Mention, Phrase, Reason, Refusal, refusal
 from grounding.language.graph import Graph, Part
+from grounding.language.lexicon import lexicon
 from grounding.language.mentions import ChoiceLeft, mentions
 from grounding.language.phrases import Unit, units_of
 from grounding.language.repair import repaired
 from grounding.language.verbs import Frame, VerbTable
 
 _SOURCES: Final = frozenset({"from", "out-of", "off", "off-of", "out", "out-from"})
+_NONE: Final = frozenset({"_no_q", "_none_q", "_neither_q"})
 _SHOWING: Final = frozenset({"at", "to", "toward", "towards"})
 
 
@@ -69,7 +71,9 @@ def _draft(graph: Graph, command: Command, *, events: frozenset[str]) -> Draft |
 
 def _complete(
     graph: Graph, command: Command, *, target: "_Object", events: frozenset[str]
-) -> Draft | None:
+) -> Draft | Refusal | None:
+    if graph.quantifier(target.node) in _NONE:
+        return refusal(Reason.NEGATED, verb=command.verb)
     targets = mentions(graph, target.node)
     if any(one.words in (("me",), ("you",), ("us",)) for one in targets):
         return None
@@ -88,16 +92,22 @@ def _complete(
 def _object(graph: Graph, command: Command) -> _Object | None:
     target = graph.argument(command.event, "ARG2")
     shows = command.entry.frame is Frame.SHOW
-    pointing = [
-        each for each in graph.into(command.event)
-        if graph.predicate(each).lemma in _SHOWING and graph.argument(each, "ARG2") is not None
-    ]  # fmt: skip
-    used = frozenset(pointing) if shows else frozenset()
-    if target is None and shows and pointing:
+    phrases = [each for each in graph.into(command.event) if _shows(graph, each)]
+    pointing = phrases if shows else []
+    if target is None and pointing:
         target = graph.argument(pointing[0], "ARG2")
     if target is None or graph.part(target) is Part.VERB or graph.part(target) is Part.PREPOSITION:
         return None
-    return _Object(node=target, used=used)
+    return _Object(node=target, used=frozenset(pointing))
+
+
+def _shows(graph: Graph, phrase: str) -> bool:
+    """Whether a phrase names what is pointed at; "to the left" is only a way."""
+    x = graph.argument(phrase, "ARG2")
+    if graph.predicate(phrase).lemma not in _SHOWING or x is None:
+        return False
+    sides = lexicon().closed["places"] & lexicon().closed["directions"]
+    return graph.predicate(x).lemma not in sides or graph.argument(x, "ARG1") is not None
 
 
 def _nouns(graph: Graph, x: str) -> list[str]:

@@ -40,7 +40,7 @@ _PERSONS: Final = {
     "them": ("3", "pl"),
 }  # fmt: skip
 _GENDERS: Final = {"it": "n", "he": "m", "him": "m", "she": "f", "her": "f"}
-_QUANTIFYING_PARTS: Final = frozenset({"all", "some", "each", "both"})
+_QUANTIFYING_PARTS: Final = frozenset({"all", "some", "each", "both", "no", "none", "neither"})
 _AT_A_PLACE: Final = frozenset({"there", "here", "inside", "outside"})
 
 
@@ -246,7 +246,7 @@ class Things:
             self.phrase(found.phrase, of=event, event=True)
 
     def _complements(self, noun: NounPhrase, *, of: str) -> None:
-        if noun.of is not None and noun.of_word is not None:
+        if noun.of is not None and noun.of_word is not None and noun.kind is not Kind.PART:
             whole = self.nominal(noun.of)
             sense = self._words.senses.get(("noun", noun.head.lemma), "")
             if sense.startswith("of") or _is_idiom(noun):

@@ -44,19 +44,27 @@ def adverb_at(chart: Chart, i: int, *, closing: bool) -> tuple[Adverb | None, in
 
 def _is_adverb(chart: Chart, i: int, *, closing: bool) -> bool:
     token, following = chart.at(i), chart.at(i + 1)
-    if chart.after_phrase(i, name="prepositions") > i:
-        return False
-    if token.is_a("calls") and following.is_a("pause") and not closing:
-        return True
-    opens_next = closing and token.text == "then" and bool(following.text)
-    acts = bool(token.verb(Form.BASE)) and not token.is_a("interjections")
+    paused = not following.text or following.is_a("pause")
     if closing and token.is_a("results"):
         return True
-    if acts or opens_next:
+    if token.is_a("calls") and paused and not closing:
+        return bool(following.text)
+    if _has_another_use(chart, i, closing=closing):
         return False
-    if token.is_a("adverbs") or token.is_a("interjections"):
+    listed = token.is_a("adverbs") or token.is_a("interjections")
+    return listed or (token.text.endswith("ly") and len(token.text) > 4 and not token.known)
+
+
+def _has_another_use(chart: Chart, i: int, *, closing: bool) -> bool:
+    """Whether a word opens a phrase ("next to"), is a verb, a determiner, or begins what follows."""
+    token, following = chart.at(i), chart.at(i + 1)
+    if chart.after_phrase(i, name="prepositions") > i:
         return True
-    return token.text.endswith("ly") and len(token.text) > 4 and not token.known
+    if token.verb(Form.BASE) and not token.is_a("interjections"):
+        return True
+    if token.is_a("determiners"):
+        return not (following.is_a("pause") or following.verb(Form.BASE) or not following.text)
+    return closing and token.text == "then" and bool(following.text)
 
 
 def _measure(chart: Chart, i: int) -> int:

@@ -37,7 +37,8 @@ def nominal_run(chart: Chart, i: int, *, opened: bool) -> list[int]:
     j = i
     while True:
         token = chart.at(j)
-        if run and _opens_phrase(chart, j, before=run[-1]):
+        fixed = bool(run) and chart.after_phrase(j, name="phrases") > j
+        if fixed or (run and _opens_phrase(chart, j, before=run[-1])):
             return run
         if is_nominal(chart, j, opened=opened or bool(run)):
             run.append(j)

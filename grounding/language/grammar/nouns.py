@@ -63,7 +63,7 @@ def _part(chart: Chart, i: int) -> Found[NounPhrase]:
     if not with_of and not (token.text in _WHOLE and chart.at(j + 1).is_a("determiners")):
         return
     for whole, end in simple_noun(chart, j + 1 + with_of):
-        modifiers = modifiers_of(chart, range(j, j + 1)) if token.adjective else ()
+        modifiers = modifiers_of(chart, range(j, j + 1)) if graded else ()
         yield (
             NounPhrase(
                 kind=Kind.PART, head=chart.word(j), start=word.start, end=whole.end,
@@ -141,7 +141,7 @@ def _headed(
 
 def _kind(chart: Chart, run: Sequence[int], *, determiner: int | None) -> Kind | None:
     token, before = chart.at(run[-1]), [chart.at(k) for k in run[:-1]]
-    after_noun = bool(before) and bool(before[-1].noun or not before[-1].known)
+    after_noun = bool(before) and not before[-1].adjective and not before[-1].is_a("ordinals")
     if token.text in ("one", "ones"):
         alone = not before and (determiner is None or token.text == "ones")
         return Kind.NUMBER if after_noun else (None if alone else Kind.ONE)
@@ -168,7 +168,8 @@ def _with_complements(chart: Chart, core: NounPhrase, *, end: int) -> Found[Noun
         yield from _owned(chart, core, i=end + 1)
     if chart.at(end).text == "of":
         for of, after in simple_noun(chart, end + 1):
-            full = _replace(core, of=of, of_word=chart.word(end), end=of.end)
+            kind = Kind.PART if core.kind is Kind.ONE else core.kind
+            full = _replace(core, kind=kind, of=of, of_word=chart.word(end), end=of.end)
             yield from _with_relatives(chart, full, end=after)
     yield from _with_relatives(chart, core, end=end)
 

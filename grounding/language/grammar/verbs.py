@@ -82,7 +82,8 @@ def _framed(chart: Chart, verb: Word, *, form: Form, i: int) -> Found[Predicate]
                 phrase = VerbPhrase(
                     verb=verb, form=form, end=chart.at(end - 1).end, object=taken,
                     particle=particle or tail.particle, joined=particle is not None,
-                    recipient=recipient, phrases=tail.phrases, adverbs=(*before, *more, *tail.adverbs),
+                    recipient=recipient, phrases=tail.phrases,
+                    adverbs=(*before, *more, *tail.adverbs),
                 )  # fmt: skip
                 yield from _gapped(chart, phrase, i=end, taking=taking)
                 yield phrase, end
