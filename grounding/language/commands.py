@@ -214,7 +214,7 @@ class _Finder:
     ) -> Command | Refusal:
         lemma = self.graph.predicate(node_id).lemma
         if context.denied:
-            return refusal(Reason.NEGATED, verb=lemma)
+            return replace(refusal(Reason.NEGATED, verb=lemma), event=node_id)
         person = self._subject(node_id)
         silent = person == "" and not context.ordered and not self._commands(node_id)
         if person == "3" or silent:

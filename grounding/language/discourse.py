@@ -1,6 +1,6 @@
 """Pronouns over the sentences of a discourse: what "it", "them" and "the red one" stand for."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Final
 
@@ -68,6 +68,7 @@ class Discourse:
         return found
 
     def _one(self, draft: Draft) -> list[Instruction] | Refusal:
+        self._name(draft.background)
         targets: list[_Resolved] = []
         for one in draft.targets:
             named = [each.mention for each in targets]
@@ -104,12 +105,8 @@ class Discourse:
         return instructions
 
     def _remember(self, draft: Draft, *, targets: Sequence[_Resolved]) -> None:
-        for phrase in (*draft.relation, *draft.location):
-            for part in phrase.parts:
-                if isinstance(part, Mention) and part.reference is Reference.NAMED and part.words:
-                    self.referents.append(
-                        Referent(mention=part, instruction=None, draft=self.drafts)
-                    )
+        phrases = (*draft.relation, *draft.location)
+        self._name(part for each in phrases for part in each.parts if isinstance(part, Mention))
         for each in targets:
             self.referents.append(
                 Referent(mention=each.mention, instruction=self.instructions, draft=self.drafts)

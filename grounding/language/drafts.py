@@ -52,6 +52,7 @@ class Draft:
         targets: what it is done to, one instruction each.
         location: the phrases of the location, in order; empty for the target's own.
         relation: the phrases that describe the target.
+        background: what was named before in the sentence by what commands nothing.
     """
 
     action: Action
@@ -59,6 +60,7 @@ class Draft:
     targets: tuple[Mention, ...]
     location: tuple[Phrase, ...]
     relation: tuple[Phrase, ...]
+    background: tuple[Mention, ...] = ()
 
 
 class Reason(StrEnum):
@@ -86,11 +88,13 @@ class Refusal:
         reason: the kind of it.
         message: what the user reads.
         verb: the verb it is about, or "".
+        event: the node of that verb, or "".
     """
 
     reason: Reason
     message: str
     verb: str = ""
+    event: str = ""
 
     @property
     def is_final(self) -> bool:

@@ -6,7 +6,7 @@ either, in both directions, are followed for the location. Which phrase is the l
 by the frame of the verb, not by where the parse happened to hang it.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 from delphin.eds import EDS
@@ -36,15 +36,26 @@ def traverse(eds: EDS, *, sentence: str, verbs: VerbTable) -> list[Draft] | Refu
     events = frozenset(each.event for each in found if isinstance(each, Command))
     drafts: list[Draft] = []
     silent: Refusal | None = None
+    background: tuple[Mention, ...] = ()
     for each in found:
         result = each if isinstance(each, Refusal) else _draft(graph, each, events=events)
         if isinstance(result, Draft):
-            drafts.append(result)
+            drafts.append(replace(result, background=background))
         elif result.reason in (Reason.NEGATED, Reason.STATEMENT):
             silent = silent or result
+            background += _named(graph, result)
         else:
             return result
     return drafts or silent or refusal(Reason.NOT_UNDERSTOOD)
+
+
+def _named(graph: Graph, denied: Refusal) -> tuple[Mention, ...]:
+    """Return what a denied command named: "don't take the red cube, take the blue one"."""
+    target = graph.argument(denied.event, "ARG2") if denied.event else None
+    try:
+        return () if target is None else tuple(mentions(graph, target))
+    except ChoiceLeft:
+        return ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
