@@ -114,6 +114,13 @@ class Discourse:
             self.instructions += 1
         self.drafts += 1
 
+    def _name(self, found: Iterable[Mention]) -> None:
+        """Remember what was named, but is no target."""
+        for each in found:
+            if each.reference is Reference.NAMED and each.words:
+                referent = Referent(mention=each, instruction=None, draft=self.drafts)
+                self.referents.append(referent)
+
     def _target(self, one: Mention, *, action: Action, own: Sequence[Mention]) -> list[_Resolved]:
         """Return what a target stands for; nothing if nothing earlier fits."""
         if one.reference is Reference.NAMED:

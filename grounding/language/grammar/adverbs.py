@@ -56,7 +56,7 @@ def _is_adverb(chart: Chart, i: int, *, closing: bool) -> bool:
 
 
 def _has_another_use(chart: Chart, i: int, *, closing: bool) -> bool:
-    """Whether a word opens a phrase ("next to"), is a verb or determiner, or begins what follows."""
+    """Whether a word opens a phrase ("next to"), is a verb or determiner, or goes with the next."""
     token, following = chart.at(i), chart.at(i + 1)
     if chart.after_phrase(i, name="prepositions") > i:
         return True
