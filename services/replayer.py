@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from gazemap.errors import ConfigError
+from gazemap.ports import Progress
 from gazemap.session.frames import FrameSource, ImageFiles
 from gazemap.session.mcap_frames import McapImages
 from gazemap.session.recorded import RecordedSession
@@ -19,6 +20,7 @@ from services.clock import Clock
 
 RECORDING_END = "recording.end"
 _POLL_S = 0.2
+_MS = 1_000_000
 _PACE_POLL_S = 0.05
 # A service that says nothing for so long is not waited for.
 _SILENCE_S = 20.0
@@ -73,10 +75,16 @@ class ReplayReport:
 
 
 def replay(
-    session: RecordedSession, bus: Bus, *, config: ReplayConfig, clock: Clock
+    session: RecordedSession,
+    bus: Bus,
+    *,
+    config: ReplayConfig,
+    clock: Clock,
+    progress: Progress | None = None,
 ) -> ReplayReport:
     """Publish a recording; a message whose time has passed is sent at once, none is left out."""
     count, worst_delay_s = 0, 0.0
+    last_ns = max([0, *session.scene_t_ns[-1:]])
     start_ns: int | None = None
     pace = Pace(bus, max_lead_s=config.max_lead_s)
     start_s = clock.now_s()
@@ -89,6 +97,10 @@ def replay(
         bus.publish(record.stream, record.payload)
         worst_delay_s = max(worst_delay_s, clock.now_s() - due_s)
         count += 1
+        if progress is not None and record.stream is Stream.HEAD_IMAGE:
+            progress(
+                "publishing (ms)", (record.log_ns - start_ns) // _MS, (last_ns - start_ns) // _MS
+            )
     clock.wait_until(clock.now_s() + config.linger_s)
     return ReplayReport(message_count=count, worst_delay_s=worst_delay_s, is_whole=True)
 

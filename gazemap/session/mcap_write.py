@@ -6,6 +6,7 @@ from typing import Final
 from google.protobuf.descriptor import Descriptor
 from mcap.writer import Writer
 
+from gazemap.ports import Progress
 from gazemap.session.atomic import whole_file
 from gazemap.session.recorded import RecordedSession
 from gazemap.session.records import Record, records
@@ -17,7 +18,13 @@ PROFILE: Final = "gazemap"
 _ENCODING: Final = "protobuf"
 
 
-def write_mcap(session: RecordedSession, path: Path, *, chunk_bytes: int = CHUNK_BYTES) -> None:
+def write_mcap(
+    session: RecordedSession,
+    path: Path,
+    *,
+    chunk_bytes: int = CHUNK_BYTES,
+    progress: Progress | None = None,
+) -> None:
     """Write a recording; the file is there whole or not at all.
 
     A video's packets are written as they are, in the order of decoding.
@@ -26,11 +33,16 @@ def write_mcap(session: RecordedSession, path: Path, *, chunk_bytes: int = CHUNK
         session: what to write.
         path: the file.
         chunk_bytes: how much is at stake if the file is cut off later.
+        progress: told how many scene frames were written.
     """
+    done, total = 0, len(session.scene_t_ns)
     with whole_file(path) as partial, partial.open("wb") as file:
         writer = McapWriter(Writer(file, chunk_size=chunk_bytes))
         for record in records(session):
             writer.write(record)
+            if record.stream is Stream.HEAD_IMAGE and progress is not None:
+                done += 1
+                progress("writing", done, total)
         writer.finish()
 
 

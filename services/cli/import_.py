@@ -5,6 +5,7 @@ from pathlib import Path
 import click
 
 from gazemap.session.opening import SessionFormat
+from services.cli.progress import progress_bar
 
 _FORMATS = [each.value for each in SessionFormat if each is not SessionFormat.MCAP]
 
@@ -23,7 +24,8 @@ def command(source: Path, out: Path, name: str | None, camera: Path | None) -> N
 
     session_format = detect_format(source) if name is None else SessionFormat(name)
     session = open_as(source, session_format=session_format, camera=camera)
-    write_mcap(session, out)
+    with progress_bar() as progress:
+        write_mcap(session, out, progress=progress)
     for warning in session.data.warnings:
         click.echo(f"warning: {warning}", err=True)
     click.echo(f"{out}: {len(session.scene_t_ns)} scene frames from {session_format}")

@@ -31,6 +31,7 @@ def command(session: Path, *, file: Path | None, camera: Path | None, **options:
     from gazemap.errors import InputError
     from gazemap.session import open_session
     from services.bus.zenoh import ZenohBus
+    from services.cli.progress import progress_bar
     from services.clock import WallClock
     from services.lifetime import stop_on_signals
     from services.replayer import ReplayConfig, replay, wait_for_services
@@ -47,7 +48,8 @@ def command(session: Path, *, file: Path | None, camera: Path | None, **options:
                 where=config.bus.endpoint,
                 todo="start `gazemap serve`, or leave them out of wait_for",
             )
-        report = replay(recording, bus, config=config, clock=clock)
+        with progress_bar() as progress:
+            report = replay(recording, bus, config=config, clock=clock, progress=progress)
     for warning in recording.data.warnings:
         click.echo(f"warning: {warning}", err=True)
     ending = "" if report.is_whole else ", stopped before the end"

@@ -158,3 +158,13 @@ def test_images_keep_their_bytes(tmp_path):
         np.testing.assert_array_equal(a.image, b.image)
     stored = [image.data for image in again.scene.coded()]
     assert stored == [(folder / name).read_bytes() for name in ("a.jpg", "b.png", "c.bmp")]
+
+
+def test_progress_is_told_frame_by_frame(writer, tmp_path):
+    told = []
+    write_mcap(
+        open_session(writer.path),
+        tmp_path / "a.mcap",
+        progress=lambda stage, done, total: told.append((stage, done, total)),
+    )
+    assert told == [("writing", i, 24) for i in range(1, 25)]
