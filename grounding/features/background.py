@@ -24,6 +24,7 @@ _BORDER: Final = 0.06  # of the shorter side
 _SHADOW: Final = 0.55  # a shadow on the table keeps at least this much of the light
 _MIN_RESIDUAL: Final = 13.0  # grey levels: below this two colours are not told apart
 _TABLE_COLOURS: Final = 3
+_PLAIN: Final = 0.8  # a colour of this merit needs no rival
 _MIN_TABLE_SHARE: Final = 0.12  # of the border, for a further table colour
 _OBJECT_STRAY: Final = 0.25  # a darker side of an object is still it, but less surely
 _STAIN: Final = 3 * _MIN_RESIDUAL  # so far from an object's one colour is another thing
@@ -84,12 +85,13 @@ def segment_object(image_bgr: ImageArray) -> Mask | NoObject:
     if not table:
         return NoObject(reason=NoObjectReason.ALL_OBJECT)
     residual = np.min([_residual(smooth, colour) / colour.threshold for colour in table], axis=0)
-    found = _central_piece(residual > 1)
+    standing_out = residual > 1
+    if np.count_nonzero(standing_out) > _MAX_AREA * standing_out.size:
+        return NoObject(reason=NoObjectReason.ALL_OBJECT)
+    found = _central_piece(standing_out, centre=_centre_of(residual), side=min(residual.shape))
     if isinstance(found, NoObject):
-        faint = found.reason is not NoObjectReason.ALL_OBJECT
-        return _second_look(image_bgr, found) if faint else found
-    refined = _central_piece(found & _nearer_to_object(smooth, found, residual * _scale(table)))
-    return found if isinstance(refined, NoObject) else refined
+        return _second_look(image_bgr, found)
+    return _refined(smooth, found, residual * min(colour.threshold for colour in table))
 
 
 def _second_look(image_bgr: ImageArray, first: NoObject) -> Mask | NoObject:
@@ -109,14 +111,10 @@ def _second_look(image_bgr: ImageArray, first: NoObject) -> Mask | NoObject:
     if not table:
         return first
     residual = np.min([_residual(smooth, colour) / colour.threshold for colour in table], axis=0)
-    found = _central_piece(residual > 1)
+    found = _central_piece(residual > 1, centre=_centre_of(residual), side=min(residual.shape))
     if isinstance(found, NoObject) or found.mean() < _FAINT_AREA:
         return first
     return found
-
-
-def _scale(table: list[_TableColour]) -> float:
-    return min(colour.threshold for colour in table)
 
 
 def _border(image: Image32) -> Image32:
@@ -139,10 +137,9 @@ def _centre(image: Image32) -> Image32:
 def _table_colours(image: Image32, least: float) -> list[_TableColour]:
     """Return the colours that the border has and, but for the first, the middle has not."""
     border, centre = _border(image), _centre(image)
-    corner = max(3, min(image.shape[:2]) // 10)
-    ends = (slice(0, corner), slice(-corner, None))
-    corners = [image[rows, cols].reshape(-1, 3) for rows in ends for cols in ends]
-    seeds = [_median(pixels) for pixels in [border, *corners]]
+    seeds = [_median(border)]
+    if _merit(seeds[0], border, centre) < _PLAIN:
+        seeds += _corner_colours(image)
     whole, colours = len(border), []
     for turn in range(_TABLE_COLOURS):
         seed = max(seeds, key=lambda seed: _merit(seed, border, centre))
@@ -160,6 +157,13 @@ def _table_colours(image: Image32, least: float) -> list[_TableColour]:
     return colours
 
 
+def _corner_colours(image: Image32) -> list[NDArray[np.float32]]:
+    """Return the median colours of the corners, which a large thing covers last."""
+    side = max(3, min(image.shape[:2]) // 10)
+    ends = (slice(0, side), slice(-side, None))
+    return [_median(image[rows, cols].reshape(-1, 3)) for rows in ends for cols in ends]
+
+
 def _merit(seed: NDArray[np.float32], border: Image32, centre: Image32) -> float:
     """Return how much of the border a colour explains, less half of what it does of the middle."""
     rough = _TableColour(bgr=seed, darkest=_SHADOW, brightest=1.4, threshold=3 * _MIN_RESIDUAL)
@@ -169,14 +173,14 @@ def _merit(seed: NDArray[np.float32], border: Image32, centre: Image32) -> float
 def _fit_colour(pixels: Image32, seed: NDArray[np.float32], least: float) -> _TableColour:
     """Fit one table colour to the pixels around a seed, robustly."""
     residual, close = _close_residuals(pixels, seed)
-    bgr = _median(pixels[residual <= 2.5 * float(np.median(close)) + 2])
+    bgr = _median(pixels[residual <= 2.5 * _middle(close) + 2])
     residual, close = _close_residuals(pixels, bgr)
-    near = residual <= 2.5 * float(np.median(close)) + 2
+    near = residual <= 2.5 * _middle(close) + 2
     bgr = _median(pixels[near])
     factors = np.sort((pixels[near] @ bgr) / (bgr @ bgr)).tolist()
     darkest, brightest = factors[len(factors) // 100], factors[-1 - len(factors) // 100]
-    middle = float(np.median(close))
-    spread = float(np.median(np.abs(close - middle)))
+    middle = _middle(close)
+    spread = _middle(np.abs(close - middle))
     return _TableColour(
         bgr=bgr,
         darkest=min(_SHADOW, 0.95 * darkest),
@@ -192,6 +196,11 @@ def _close_residuals(pixels: Image32, bgr: NDArray[np.float32]) -> tuple[Image32
     wide = _TableColour(bgr=bgr, darkest=_SHADOW, brightest=1.4, threshold=0.0)
     residual = _residual(pixels, wide)
     return residual, residual[residual <= max(4 * _MIN_RESIDUAL, float(residual.min()))]
+
+
+def _middle(values: Image32) -> float:
+    """Return the median of values (N,); the upper one of two."""
+    return float(np.partition(values, len(values) // 2)[len(values) // 2])
 
 
 def _median(pixels: Image32) -> NDArray[np.float32]:
@@ -234,43 +243,57 @@ def _squared_length(flat: Image32) -> Image32:
 def _share(pixels: Image32, colour: _TableColour) -> float:
     if not len(pixels):
         return 0.0
-    return float(np.mean(_residual(pixels, colour) <= colour.threshold))
+    return np.count_nonzero(_residual(pixels, colour) <= colour.threshold) / len(pixels)
 
 
-def _nearer_to_object(smooth: Image32, found: Mask, residual: Image32) -> Mask:
-    """Return the pixels that are nearer to the object's colour than to the table's.
+def _refined(smooth: Image32, found: Mask, residual: Image32) -> Mask:
+    """Return the mask without the pixels that are nearer to the table's colour than to its own.
 
     Where most of what was found has one colour, what has not that colour is a stain beside it.
     """
-    inside = smooth[found]
-    inside = inside[:: max(1, len(inside) // 800)]
+    x, y, width, height = cv2.boundingRect(found.astype(np.uint8))
+    box = (slice(y, y + height), slice(x, x + width))
+    pixels, inside = smooth[box], smooth[found]
+    inside = inside[:: max(1, len(inside) // 400)]
     line = (_median(inside), (0.3, 1.6))
-    nearer = _line_distance(smooth, *line, stray=_OBJECT_STRAY) < residual
+    nearer = found[box] & (_line_distance(pixels, *line, stray=_OBJECT_STRAY) < residual[box])
     off = _line_distance(inside, *line)
-    middle = float(np.median(off))
-    limit = max(_STAIN, middle + 5 * float(np.median(np.abs(off - middle))))
-    if np.mean(off <= limit) < _ONE_COLOUR:
-        return nearer
-    return nearer & (_line_distance(smooth, *line) <= limit)
+    middle = _middle(off)
+    limit = max(_STAIN, middle + 5 * _middle(np.abs(off - middle)))
+    if np.count_nonzero(off <= limit) >= _ONE_COLOUR * len(off):
+        nearer &= _line_distance(pixels, *line) <= limit
+    rows, cols = found.shape
+    piece = _central_piece(nearer, centre=(cols / 2 - x, rows / 2 - y), side=min(rows, cols))
+    if isinstance(piece, NoObject):
+        return found
+    refined = np.zeros(found.shape, bool)
+    refined[box] = piece
+    return refined
 
 
-def _central_piece(mask: Mask) -> Mask | NoObject:
-    """Return the connected piece that is large and near the middle."""
-    if mask.mean() > _MAX_AREA:
-        return NoObject(reason=NoObjectReason.ALL_OBJECT)
+def _central_piece(mask: Mask, *, centre: tuple[float, float], side: int) -> Mask | NoObject:
+    """Return the connected piece that is large and near the middle of the patch.
+
+    Args:
+        mask: (H, W) of the patch or a part of it.
+        centre: the patch's middle, x and y in the mask's pixels.
+        side: the patch's shorter side in pixels.
+    """
     opened = cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
     count, labels, stats, _ = cv2.connectedComponentsWithStats(opened, connectivity=4)
-    height, width = mask.shape
     areas = stats[1:count, cv2.CC_STAT_AREA]
-    large = 1 + np.flatnonzero(areas >= _MIN_AREA * mask.size)
+    large = 1 + np.flatnonzero(areas >= _MIN_AREA * side**2)
     if not len(large):
         return NoObject(reason=NoObjectReason.ALL_TABLE)
-    gaps = np.array([_gap(labels == label, (width / 2, height / 2)) for label in large])
-    gaps /= min(height, width)
+    gaps = np.array([_gap(labels == label, centre) for label in large]) / side
     if gaps.min() > _MAX_GAP:
         return NoObject(reason=NoObjectReason.OFF_CENTRE)
     best = large[np.argmax(areas[large - 1] * np.exp(-((gaps / 0.1) ** 2)))]
     return np.asarray(labels == best, bool)
+
+
+def _centre_of(patch: Image32) -> tuple[float, float]:
+    return patch.shape[1] / 2, patch.shape[0] / 2
 
 
 def _gap(piece: Mask, centre: tuple[float, float]) -> float:

@@ -2,11 +2,11 @@
 
 import colorsys
 
-import cv2
 import numpy as np
 
 from grounding.features.patch import MaskedPatch
-from grounding.types import FloatArray
+
+_DARK = 0.04  # of full brightness
 
 
 def mean_channel(patch: MaskedPatch, *, channel: int) -> float:
@@ -16,7 +16,7 @@ def mean_channel(patch: MaskedPatch, *, channel: int) -> float:
 
 def lab(patch: MaskedPatch, *, channel: int) -> float:
     """Return L* (0 to 100), a* or b* of the object's colour."""
-    return float(_lab(patch)[channel])
+    return float(patch.lab[channel])
 
 
 def saturation_east(patch: MaskedPatch) -> float:
@@ -31,17 +31,9 @@ def saturation_north(patch: MaskedPatch) -> float:
     return saturation * float(np.sin(hue))
 
 
-def _lab(patch: MaskedPatch) -> FloatArray:
-    pixel = patch.paint_bgr.astype(np.float32).reshape(1, 1, 3)
-    return np.asarray(cv2.cvtColor(pixel, cv2.COLOR_BGR2LAB), np.float64).ravel()
-
-
 def _hue_saturation(patch: MaskedPatch) -> tuple[float, float]:
     """Return hue in radians and saturation; the darker a colour, the less its tint is believed."""
     blue, green, red = patch.paint_bgr
     hue, _, value = colorsys.rgb_to_hsv(red, green, blue)
     chroma = value - min(red, green, blue)
     return 2 * np.pi * hue, float(chroma / (value + _DARK))
-
-
-_DARK = 0.04

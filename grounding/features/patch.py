@@ -1,7 +1,9 @@
 """A patch with its object's mask, and the measurements that several features share."""
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
+from math import factorial
+from typing import Final
 
 import cv2
 import numpy as np
@@ -9,6 +11,10 @@ from numpy.typing import NDArray
 
 from grounding.features.background import Mask
 from grounding.types import FloatArray, ImageArray
+
+ZERNIKE_ORDERS: Final = tuple((n, m) for n in range(2, 7) for m in range(n + 1) if (n - m) % 2 == 0)
+_PAINT_PIXELS: Final = 400  # are enough for a median
+_CONTOUR_SAMPLES: Final = 64
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -37,7 +43,8 @@ class MaskedPatch:
         """
         image, mask = self._box
         inside = cv2.erode(mask, np.ones((3, 3), np.uint8)) > 0
-        pixels = image[inside if np.count_nonzero(inside) >= 9 else mask > 0].astype(np.float32)
+        pixels = image[inside if np.count_nonzero(inside) >= 9 else mask > 0]
+        pixels = pixels[:: max(1, len(pixels) // _PAINT_PIXELS)].astype(np.float32)
         brightness = pixels.sum(axis=1)
         half, top = np.partition(brightness, (len(pixels) // 2, -1 - len(pixels) // 50))[
             [len(pixels) // 2, -1 - len(pixels) // 50]
@@ -81,7 +88,7 @@ class MaskedPatch:
         return np.ravel(cv2.HuMoments(cv2.moments(self._box[1], binaryImage=True)))
 
     @cached_property
-    def disc_image(self) -> FloatArray:
+    def _disc_image(self) -> FloatArray:
         """(32, 32) the mask, centred on its centroid, its farthest point on the unit circle."""
         mask = self._box[1]
         moments = cv2.moments(mask, binaryImage=True)
@@ -95,6 +102,32 @@ class MaskedPatch:
         return np.asarray(shrunk, np.float64) / 255
 
     @cached_property
+    def zernike(self) -> dict[tuple[int, int], float]:
+        """Magnitude of each Zernike moment over that of order (0, 0).
+
+        Source:
+            Khotanzad and Hong 1990, eq. 7; on a grid of 32 x 32 with a basis computed once.
+        """
+        image = self._disc_image.ravel()
+        moments = np.abs(_zernike_basis() @ image) / max(float(image.sum()), 1e-9)
+        return dict(zip(ZERNIKE_ORDERS, moments.tolist(), strict=True))
+
+    @cached_property
+    def contour_spectrum(self) -> FloatArray:
+        """(64,) magnitudes of the contour's spectrum, sampled evenly along its length."""
+        points = self.contour[:, 0] @ np.array([1, 1j])
+        along = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(points, append=points[0])))])
+        at = np.arange(_CONTOUR_SAMPLES) * (along[-1] / _CONTOUR_SAMPLES)
+        samples = np.interp(at, along, np.append(points, points[0]))
+        return np.abs(np.fft.fft(samples))
+
+    @cached_property
+    def lab(self) -> FloatArray:
+        """(3,) CIELAB of the object's colour, L* from 0 to 100."""
+        pixel = self.paint_bgr.astype(np.float32).reshape(1, 1, 3)
+        return np.asarray(cv2.cvtColor(pixel, cv2.COLOR_BGR2LAB), np.float64).ravel()
+
+    @cached_property
     def _box(self) -> tuple[ImageArray, ImageArray]:
         """Image and mask (0 or 1) of the object's box with a free pixel around it."""
         mask = self.mask.astype(np.uint8)
@@ -103,3 +136,26 @@ class MaskedPatch:
         frame = (1, 1, 1, 1, cv2.BORDER_CONSTANT)
         image = cv2.copyMakeBorder(self.image_bgr[rows, cols], *frame, value=0)
         return np.asarray(image), np.asarray(cv2.copyMakeBorder(mask[rows, cols], *frame, value=0))
+
+
+@cache
+def _zernike_basis() -> NDArray[np.complex128]:
+    """Return the conjugate basis functions, times n + 1, over a grid (orders, 32 * 32)."""
+    axis = (np.arange(32) - 15.5) / 15.5
+    x, y = np.meshgrid(axis, axis)
+    rho, theta = np.hypot(x, y).ravel(), np.arctan2(y, x).ravel()
+    rows = [
+        np.where(rho <= 1, (n + 1) * _radial(n, m, rho) * np.exp(-1j * m * theta), 0)
+        for n, m in ZERNIKE_ORDERS
+    ]
+    return np.array(rows)
+
+
+def _radial(n: int, m: int, rho: FloatArray) -> FloatArray:
+    """Return Zernike's radial polynomial."""
+    radial = np.zeros_like(rho)
+    for s in range((n - m) // 2 + 1):
+        factor = (-1) ** s * factorial(n - s) / factorial(s)
+        factor /= factorial((n + m) // 2 - s) * factorial((n - m) // 2 - s)
+        radial += factor * rho ** (n - 2 * s)
+    return radial

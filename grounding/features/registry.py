@@ -18,7 +18,7 @@ import numpy as np
 from grounding.errors import ConfigError
 from grounding.features import colour, shape, size
 from grounding.features.background import Mask, NoObject, segment_object
-from grounding.features.patch import MaskedPatch
+from grounding.features.patch import ZERNIKE_ORDERS, MaskedPatch
 from grounding.types import FloatArray, ImageArray
 
 _WORKING_SIDE_PX: Final = 160
@@ -137,7 +137,7 @@ def _shape_features() -> list[Feature]:
         *(entry(f"hu {k + 1}", functools.partial(hu, order=k), 0.01) for k in range(3)),
         *(
             entry(f"zernike {n},{m}", functools.partial(zernike, order=(n, m)), 0.03)
-            for n, m in shape.ZERNIKE_ORDERS
+            for n, m in ZERNIKE_ORDERS
         ),
         *(
             entry(f"fourier {k}", functools.partial(fourier, order=k), 0.02)

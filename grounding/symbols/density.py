@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import solve_triangular
 from scipy.special import gammaln
 
 from grounding.symbols.model import Moments
@@ -74,16 +73,11 @@ def density(
     means: Sequence[FloatArray], covariances: Sequence[FloatArray], dof: FloatArray
 ) -> GroupDensity:
     """Return the densities of words with the given means (d,) and covariances (d, d)."""
-    dimension = len(means[0])
-    whiteners, log_scale = [], []
-    for covariance in covariances:
-        lower = np.linalg.cholesky(covariance) if dimension else np.zeros((0, 0))
-        whiteners.append(solve_triangular(lower, np.eye(dimension), lower=True))
-        log_scale.append(-float(np.log(np.diag(lower)).sum()))
+    lower = np.linalg.cholesky(np.array(covariances))  # (K, d, d)
     return GroupDensity(
         means=np.array(means),
-        whiteners=np.array(whiteners),
-        log_scale=np.array(log_scale),
+        whiteners=np.asarray(np.linalg.inv(lower), np.float64),
+        log_scale=-np.log(np.diagonal(lower, axis1=1, axis2=2)).sum(axis=1),
         dof=np.asarray(dof, float),
     )
 

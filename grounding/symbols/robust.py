@@ -11,7 +11,7 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import expit, logsumexp
+from scipy.special import expit
 
 from grounding.symbols.calibration import thinned
 from grounding.symbols.density import GroupDensity, density, predictive
@@ -205,7 +205,7 @@ def label_log_odds(totals: FloatArray, label: Indices) -> FloatArray:
     prior = np.full(totals.shape, np.log((1 - _STRANGER) / max(others, 1)))
     prior[:, -1] = np.log(_STRANGER) if others else 0.0
     prior[at, label] = -np.inf
-    log_odds: FloatArray = totals[at, label] - logsumexp(totals + prior, axis=1)
+    log_odds: FloatArray = totals[at, label] - np.logaddexp.reduce(totals + prior, axis=1)
     return log_odds
 
 
