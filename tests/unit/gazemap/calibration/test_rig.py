@@ -1,9 +1,13 @@
 import json
+from pathlib import Path
 
+import numpy as np
 import pytest
 
 from gazemap.calibration import load_rig
 from gazemap.errors import ConfigError, InputError
+from gazemap.sim.config import Level, preset
+from gazemap.sim.sensors import build_camera
 
 RIG = """
 name = "bench"
@@ -52,3 +56,18 @@ def test_a_missing_file_is_named(folder):
 def test_a_folder_without_a_description_is_refused(tmp_path):
     with pytest.raises(ConfigError, match=r"rig\.toml: cannot be read"):
         load_rig(tmp_path)
+
+
+def test_the_demo_rig_is_the_simulators():
+    folder = Path(__file__).resolve().parents[4] / "calib" / "demo" / "2026-11-23"
+    rig = load_rig(folder)
+    config = preset(Level.EASY)
+    for ours, lens in (
+        (rig.head_camera, config.scene_lens),
+        (rig.overhead_camera, config.overhead_lens),
+    ):
+        theirs = build_camera(lens)
+        np.testing.assert_allclose(ours.K, theirs.K)
+        np.testing.assert_allclose(ours.distortion, theirs.distortion)
+        assert (ours.width_px, ours.height_px) == (theirs.width_px, theirs.height_px)
+    assert [tag.tag_id for tag in rig.layout.tags] == list(range(6))
