@@ -141,6 +141,8 @@ def _nothing(demonstration: Demonstration, fixations: Sequence[FixationObservati
                 candidates=(),
                 moves=False,
                 location=None,
+                landmark=None,
+                over=0.0,
                 fixation_ids=(),
             )
             for each in demonstration.spoken

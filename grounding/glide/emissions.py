@@ -6,7 +6,7 @@ from grounding.glide.actions import Kind
 from grounding.glide.config import GlideConfig
 from grounding.glide.model import Parameters, Session
 from grounding.glide.sight import log_density
-from grounding.relations import PRIORS, wearer_axes
+from grounding.relations import sense_of, wearer_axes
 from grounding.types import FloatArray
 
 _RATIO_CAP = 8.5  # log; one look never says more for a position
@@ -74,13 +74,16 @@ def landmark_shares(session: Session, parameters: Parameters) -> FloatArray:
             continue
         rows = list(session.names.landmarks_of_act[a])
         named = parameters.theta[rows].mean(axis=0)[rests.thing]  # (R,)
-        prior = PRIORS.get(act.relation or "near", PRIORS["near"])
+        sense = sense_of(act.relation or "near")
+        direction, sigma = np.array(sense.direction[:2]), 2 * np.array(sense.sigma_m[:2])
         for h in range(rests.count + 1):
             share[a, h] = named
             goal = rests.next_rest[h] if h < rests.count else -1
             if goal >= 0:
-                offset = (rests.position[goal] - rests.position) @ axes.T - prior.mean_m
-                far = np.square(offset[:, :2] / (2 * prior.sigma_m[:2])).sum(axis=1)
+                apart = 0.5 * (rests.extent + rests.extent[h]) + sense.clearance_m
+                offset = (rests.position[goal] - rests.position) @ axes.T
+                off = offset[:, :2] - apart[:, None] * direction
+                far = np.square(off / sigma).sum(axis=1)
                 share[a, h] = named * (np.exp(-0.5 * far) + 0.02) * (rests.thing != rests.thing[h])
         share[a] /= np.maximum(_sum_of_present(session, share[a]), 1e-12)
     return share

@@ -67,6 +67,8 @@ class InstructionBelief:
         candidates: for its target, most likely first.
         moves: whether its action brings the target to another place.
         location: where the thing was put; None where that is not known or it stays.
+        landmark: the one thing that its location most likely refers to, or None.
+        over: probability that it was done and is over; below 1 only while a session goes on.
         fixation_ids: the looks that belong to it.
     """
 
@@ -78,6 +80,8 @@ class InstructionBelief:
     candidates: tuple[Candidate, ...]
     moves: bool
     location: Spot | None
+    landmark: Candidate | None
+    over: float
     fixation_ids: tuple[int, ...]
 
 
@@ -148,6 +152,8 @@ class Reader:
             candidates=self._candidates(first),
             moves=self.session.acts[last].kind is Kind.PUT,
             location=self._location(last),
+            landmark=self._landmark(last),
+            over=float(self.beliefs.ends[last, :-1].sum()),
             fixation_ids=tuple(x.fixation_id for x in labels if x.instruction == spoken.index),
         )
 
@@ -217,6 +223,30 @@ class Reader:
             position_world=unseen.position_world,
             cov_world=unseen.cov_world,
             probability=left * unseen.probability,
+        )
+
+    def _landmark(self, a: int) -> Candidate | None:
+        """Return the likeliest landmark, as it stood when the action ended, eq. 4."""
+        rests, things = self.session.rests, self.beliefs.things[a]
+        past = int(self.beliefs.best_past[a])
+        if not rests.count or len(self.session.acts[a].landmarks) != 1 or past == 0:
+            return None
+        share = self.model.landmark_share[a, int(things.argmax())] * self.model.present[past - 1]
+        best = int(share.argmax())
+        if share[best] <= 0:
+            return None
+        thing = self.objects[int(rests.thing[best])]
+        first = int(np.flatnonzero(rests.thing == rests.thing[best])[0])
+        place = thing.track[best - first]
+        return Candidate(
+            object_id=thing.object_id,
+            spot=Spot(
+                position_world=place.position_world,
+                cov_world=place.cov_world,
+                probability=float(share[best] / share.sum()),
+            ),
+            quat_xyzw=place.quat_xyzw,
+            size_m=thing.size_m,
         )
 
     def _unseen(self, a: int) -> Spot | None:

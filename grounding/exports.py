@@ -1,0 +1,117 @@
+"""The grounded plan for other programs: PDDL, a behaviour tree, JSON lines."""
+
+import json
+import re
+from xml.etree import ElementTree as ET
+
+import numpy as np
+
+from grounding.plan import GroundedInstruction, GroundedPlan, Status
+from grounding.relations import parse_location
+from grounding.types import FloatArray
+
+_NODES = {"pick": "Pick", "place": "Place", "move": "Place"}
+
+
+def to_json_lines(plan: GroundedPlan) -> str:
+    """Return one instruction a line, each with the plan's session and revision."""
+    head = {"session": plan.session, "revision": plan.revision}
+    return "".join(
+        json.dumps(head | each.to_json(), allow_nan=False) + "\n" for each in plan.instructions
+    )
+
+
+def to_pddl(plan: GroundedPlan) -> str:
+    """Return a PDDL problem: the things, their words as facts, and where they are to go.
+
+    Only what is grounded is a fact; the rest is named in comments. Predicates: `(is-WORD ?thing)`,
+    `(at ?thing ?place)`, and `(located ?place)` with the position behind it as a comment.
+    """
+    sure = [each for each in plan.instructions if each.status is Status.GROUNDED]
+    things = {_thing(each): each for each in reversed(sure)}
+    init, goal, places = [], {}, []
+    for name, each in sorted(things.items()):
+        init += [f"(is-{_atom(word)} {name})" for word in each.spoken.instruction.target]
+        init.append(f"(at {name} start-{name})")
+        places.append((f"start-{name}", each.target.spot.position_world if each.target else None))
+    for each in sure:
+        place = parse_location(each.spoken.instruction.location)
+        if each.location is None or place.relation is None:
+            continue
+        name = f"place-{each.spoken.index}"
+        places.append((name, each.location.position_world))
+        goal[_thing(each)] = f"(at {_thing(each)} {name})"
+    lines = [
+        f"(define (problem {_atom(plan.session)})",
+        "  (:domain tabletop)",
+        f"  (:objects {' '.join(sorted(things))} - thing {' '.join(n for n, _ in places)} - place)",
+        "  (:init",
+        *(f"    {fact}" for fact in init),
+        *(f"    (located {name}) ; {_metres(position)}" for name, position in places),
+        "  )",
+        "  (:goal (and",
+        *(f"    {fact}" for _, fact in sorted(goal.items())),
+        "  ))",
+        *(
+            f"  ; not grounded: {' '.join(each.spoken.sentence.split())} ({each.status})"
+            for each in plan.instructions
+            if each.status is not Status.GROUNDED
+        ),
+        ")",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def to_behavior_tree(plan: GroundedPlan) -> str:
+    """Return BehaviorTree.CPP (version 4) XML: a sequence of picks, places and other actions.
+
+    An instruction that is not grounded becomes an `AskHuman` node, so that a robot stops there.
+    """
+    root = ET.Element("root", BTCPP_format="4", main_tree_to_execute="Plan")
+    tree = ET.SubElement(root, "BehaviorTree", ID="Plan")
+    sequence = ET.SubElement(tree, "Sequence", name=plan.session)
+    for each in plan.instructions:
+        _add_node(sequence, each)
+    ET.indent(root)
+    return ET.tostring(root, encoding="unicode", xml_declaration=False) + "\n"
+
+
+def _add_node(parent: ET.Element, each: GroundedInstruction) -> None:
+    action = str(each.spoken.instruction.action)
+    name = f"{each.spoken.index}: {each.spoken.sentence}"
+    if each.status is not Status.GROUNDED or each.target is None or each.location is None:
+        text = each.question or each.reason or ""
+        ET.SubElement(parent, "Action", ID="AskHuman", name=name, question=text)
+        return
+    node = ET.SubElement(
+        parent,
+        "Action",
+        ID=_NODES.get(action, action.capitalize()),
+        name=name,
+        object=each.target.object_id or "",
+        target=_numbers(each.target.spot.position_world),
+        location=_numbers(each.location.position_world),
+    )
+    if each.target.quat_xyzw is not None:
+        node.set("orientation", _numbers(each.target.quat_xyzw))
+    if each.target.size_m is not None:
+        node.set("size", _numbers(each.target.size_m))
+
+
+def _thing(each: GroundedInstruction) -> str:
+    found = each.target.object_id if each.target else None
+    return _atom(found or "-".join(each.spoken.instruction.target))
+
+
+def _atom(text: str) -> str:
+    """Return a PDDL name: letters, digits and hyphens, begun by a letter."""
+    name = re.sub(r"[^a-z0-9-]+", "-", text.lower()).strip("-") or "x"
+    return name if name[0].isalpha() else f"x-{name}"
+
+
+def _numbers(values: FloatArray) -> str:
+    return ";".join(f"{value:.4f}" for value in np.asarray(values))
+
+
+def _metres(position: FloatArray | None) -> str:
+    return "unknown" if position is None else _numbers(position)
