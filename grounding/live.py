@@ -32,6 +32,8 @@ class LiveGrounding:
     _said: list[Utterance] = field(default_factory=list)
     _fixations: dict[int, FixationObservation] = field(default_factory=dict)
     _objects: dict[str, ObjectInstance] = field(default_factory=dict)
+    _meant: dict[int, str] = field(default_factory=dict)
+    _not_meant: dict[int, frozenset[str]] = field(default_factory=dict)
     _plan: GroundedPlan | None = None
 
     def heard(self, utterance: Utterance) -> None:
@@ -48,6 +50,17 @@ class LiveGrounding:
         """Take in an object, or what is known better of it now."""
         self._objects[thing.object_id] = thing
 
+    def corrected(self, instruction: int, *, object_id: str, is_meant: bool) -> None:
+        """Take in what a human said of an instruction's target: this one, or not this one.
+
+        Plan, patches and symbols follow when the session is grounded next.
+        """
+        if is_meant:
+            self._meant[instruction] = object_id
+        else:
+            before = self._not_meant.get(instruction, frozenset())
+            self._not_meant[instruction] = before | {object_id}
+
     def ground(self, view: View | None, *, open_end: bool) -> SessionGrounding:
         """Ground all that was said so far; the revision grows where the plan has changed.
 
@@ -62,6 +75,8 @@ class LiveGrounding:
                 fixations=list(self._fixations.values()),
                 objects=list(self._objects.values()),
                 heading_rad=self.heading_rad,
+                meant=self._meant,
+                not_meant=self._not_meant,
             ),
             self.config,
             name=self.name,

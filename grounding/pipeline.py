@@ -14,6 +14,8 @@ from grounding.patches.patch import Patch
 from grounding.patches.showings import showings_of
 from grounding.patches.view import View
 from grounding.plan import GroundedPlan, PlanConfig, Unparsed, ground_instructions
+from grounding.query import demonstrations_of
+from grounding.relations import Demonstrated
 from grounding.symbols.model import SymbolModel
 from grounding.symbols.records import SymbolConfig
 from grounding.symbols.session import learn_from_patches
@@ -39,12 +41,14 @@ class SessionGrounding:
         looks: one label for each fixation, in time order.
         patches: pictures of the targets, kept or not.
         symbols: what the targets' words mean, as far as the patches tell.
+        relations: what was put beside what, to learn relations from.
     """
 
     plan: GroundedPlan
     looks: tuple[LookBelief, ...]
     patches: tuple[Patch, ...]
     symbols: SymbolModel
+    relations: tuple[Demonstrated, ...] = ()
 
 
 def ground_session(  # noqa: PLR0913  all that a session is, by name
@@ -73,7 +77,13 @@ def ground_session(  # noqa: PLR0913  all that a session is, by name
     """
     config = config or GroundingConfig()
     alignment = align(demonstration, config.glide, open_end=open_end)
-    instructions = ground_instructions(demonstration.spoken, alignment, config.plan)
+    instructions = ground_instructions(
+        demonstration.spoken,
+        alignment,
+        config.plan,
+        unit_m=config.glide.scene_unit_m,
+        open_end=open_end,
+    )
     plan = GroundedPlan(
         session=name,
         revision=1,
@@ -88,6 +98,9 @@ def ground_session(  # noqa: PLR0913  all that a session is, by name
         looks=alignment.looks,
         patches=tuple(patches),
         symbols=learn_from_patches(patches, config.symbols),
+        relations=demonstrations_of(
+            demonstration.spoken, alignment.instructions, heading_rad=demonstration.heading_rad
+        ),
     )
 
 

@@ -28,6 +28,7 @@ class PlanConfig:
     Attributes:
         sure: least probability of a target or location that is called grounded.
         done: least probability that an instruction was done at all.
+        over: least probability that an action is over, while the session goes on.
         sigma_m: largest horizontal standard deviation of a position a gripper can use.
         looks: least expected number of looks that speak for it.
         candidate: least probability of a candidate that is named.
@@ -35,6 +36,7 @@ class PlanConfig:
 
     sure: float = 0.9
     done: float = 0.8
+    over: float = 0.9
     sigma_m: float = 0.02
     looks: float = 0.9
     candidate: float = 0.02
@@ -157,10 +159,26 @@ def ground_instructions(
     config: PlanConfig,
     *,
     unit_m: float = 1.0,
+    open_end: bool = False,
 ) -> tuple[GroundedInstruction, ...]:
-    """Decide for each instruction what is sure; what is not sure is left open."""
+    """Decide for each instruction what is sure; what is not sure is left open.
+
+    Args:
+        spoken: the instructions.
+        alignment: what the looks say of them.
+        config: when a belief counts as sure.
+        unit_m: one metre in world units.
+        open_end: the session goes on; what is put somewhere is settled when that is over.
+    """
     return tuple(
-        _ground(each, belief, config, unit_m=unit_m)
+        _ground(
+            each,
+            dataclasses.replace(belief, location=None)
+            if open_end and belief.moves and belief.over < config.over
+            else belief,
+            config,
+            unit_m=unit_m,
+        )
         for each, belief in zip(spoken, alignment.instructions, strict=True)
     )
 

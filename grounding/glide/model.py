@@ -1,7 +1,7 @@
 """The session as the model sees it, and the parameters that are learnt from it."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -30,6 +30,8 @@ class Demonstration:
         objects: the instances that vision found; may be empty.
         heading_rad: the wearer's heading about z; 0 looks along +y.
         table_height: of the table's top in world, or None: taken from objects or looks.
+        meant: for positions of instructions, the object that a human said was meant.
+        not_meant: for positions of instructions, the objects that a human said were not.
     """
 
     spoken: Sequence[SpokenInstruction]
@@ -37,6 +39,8 @@ class Demonstration:
     objects: Sequence[ObjectInstance] = ()
     heading_rad: float = 0.0
     table_height: float | None = None
+    meant: Mapping[int, str] = field(default_factory=dict)
+    not_meant: Mapping[int, frozenset[str]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -86,6 +90,7 @@ class Session:
         high: (2,) its upper corner.
         names: for each act, the row of its name; for each act, the rows of its landmarks' names.
         heading_rad: the wearer's heading about z.
+        allowed: (A, O) whether a human left it open that the act is about the instance.
     """
 
     acts: tuple[Act, ...]
@@ -99,6 +104,7 @@ class Session:
     high: FloatArray
     names: "Names"
     heading_rad: float
+    allowed: BoolArray
 
     @property
     def area(self) -> float:
@@ -174,6 +180,7 @@ def session_of(demonstration: Demonstration, config: GlideConfig) -> Session:
         high=high,
         names=_names_of(acts),
         heading_rad=demonstration.heading_rad,
+        allowed=_allowed(acts, demonstration),
     )
 
 
@@ -266,3 +273,17 @@ def _names_of(acts: Sequence[Act]) -> Names:
         of_act=tuple(rows[act.name] for act in acts),
         landmarks_of_act=tuple(tuple(rows[w] for w in act.landmarks) for act in acts),
     )
+
+
+def _allowed(acts: Sequence[Act], demonstration: Demonstration) -> BoolArray:
+    """Say which instances a human's corrections leave, for whole runs on one thing."""
+    ids = [each.object_id for each in demonstration.objects]
+    allowed = np.ones((len(acts), len(ids)), dtype=np.bool_)
+    first = 0
+    for a, act in enumerate(acts):
+        first = first if act.in_hand else a
+        meant = demonstration.meant.get(act.instruction)
+        ruled_out = demonstration.not_meant.get(act.instruction, frozenset())
+        open_ones = [(meant in (None, i)) and i not in ruled_out for i in ids]
+        allowed[first] &= np.array(open_ones, dtype=np.bool_)
+    return allowed
