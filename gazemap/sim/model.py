@@ -12,7 +12,6 @@ from gazemap.sim.shading import (
     Float32Array,
     PictureStore,
     face_table,
-    joined,
     picture_store,
 )
 from gazemap.sim.shadows import ShadowPainter
@@ -43,33 +42,35 @@ class Model:
     """The things that are drawn, whatever the camera."""
 
     def __init__(self, room: Room, blocks: tuple[Block, ...]) -> None:
-        """Prepare all pictures and everything that stands still."""
-        self._room, self._blocks = room, blocks
-        self._pictures = room.pictures
+        """Prepare all pictures and faces; the blocks stand where they do at the start."""
+        self._blocks = blocks
+        self._starts_world = np.array([block.start_world for block in blocks])
+        first = len(room.pictures) - len(blocks)
+        moving = [
+            face
+            for i, block in enumerate(blocks)
+            for face in box_faces(block.T_world_body(block.start_world), block.size_m, (first + i,))
+        ]
+        faces = [*room.faces, *moving]
+        self._faces_per_block = len(moving) // len(blocks)
         self.store: PictureStore = picture_store(room.pictures)
-        self._still = face_table(room.faces, room.pictures)
+        self._faces = face_table(faces, room.pictures)
+        self._vertices, self._triangles = _triangles(faces)
         self._shadows = ShadowPainter(room.casters)
 
     def at(self, moment: Moment) -> Geometry:
-        """Return what rays meet at a moment."""
-        matrices = [
-            block.T_world_body(centre)
-            for block, centre in zip(self._blocks, moment.centres_world, strict=True)
-        ]
-        first = len(self._pictures) - len(self._blocks)
-        moved = [
-            face
-            for i, (block, matrix) in enumerate(zip(self._blocks, matrices, strict=True))
-            for face in box_faces(matrix, block.size_m, (first + i,))
-        ]
-        faces = joined(self._still, face_table(moved, self._pictures))
-        vertices, triangles = _triangles([*self._room.faces, *moved])
+        """Return what rays meet at a moment: blocks keep their heading, so faces only shift."""
+        shift = np.zeros_like(self._faces.corner)
+        moved = (moment.centres_world - self._starts_world).repeat(self._faces_per_block, axis=0)
+        shift[len(shift) - len(moved) :] = moved
+        vertices = self._vertices + shift.repeat(4, axis=0).astype(np.float32)
+        triangles = self._triangles
         if moment.hand is not None:
-            shift = np.uint32(len(vertices))
+            count = np.uint32(len(vertices))
             vertices = np.concatenate([vertices, moment.hand.vertices_world.astype(np.float32)])
-            triangles = np.concatenate([triangles, moment.hand.triangles + shift])
+            triangles = np.concatenate([triangles, moment.hand.triangles + count])
         return Geometry(
-            faces=faces,
+            faces=self._faces._replace(corner=self._faces.corner + shift),
             vertices=vertices,
             triangles=triangles,
             hand=moment.hand,

@@ -84,12 +84,6 @@ def face_table(faces: Sequence[Face], pictures: Sequence[ImageArray]) -> FaceTab
     )
 
 
-def joined(a: FaceTable, b: FaceTable) -> FaceTable:
-    """Return the faces of both tables, in order."""
-    pairs: list[Any] = list(zip(a, b, strict=True))
-    return FaceTable(*(np.concatenate(pair) for pair in pairs))
-
-
 def picture_store(pictures: Sequence[ImageArray]) -> PictureStore:
     """Return the pictures, each with copies halved again and again against aliasing."""
     texels, sizes = [], []
