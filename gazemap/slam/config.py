@@ -31,14 +31,16 @@ class PatchConfig:
     """Re-alignment of map points to their reference patches.
 
     Attributes:
-        points_per_keyframe: so many points are kept in view of each keyframe.
+        candidates_in_view: about so many points are looked for in each keyframe.
+        points_in_view: about so many points are wanted in view of each keyframe.
         half_px: the patch reaches so far from its centre.
         iterations: at most so many Gauss-Newton steps.
         zncc: smallest correlation that counts as found.
         search_px: a patch that ends farther from its prediction is not believed.
     """
 
-    points_per_keyframe: int = 260
+    candidates_in_view: int = 1000
+    points_in_view: int = 400
     half_px: int = 6
     iterations: int = 12
     zncc: float = 0.85
@@ -53,6 +55,7 @@ class SlamConfig:
         keyframe_shift_px: a keyframe is due when corners moved so far in the median.
         keyframe_survivors: or when fewer than this part of the last keyframe's corners are left.
         keyframe_gap: or after so many frames.
+        keyframe_rest: but not within so many frames, unless hardly any corner is left.
         bundle_cauchy_px: scale of the robust loss while the map grows.
         final_cauchy_px: scale of the robust loss on aligned patches.
         min_inliers: a pose from fewer points is none.
@@ -63,8 +66,9 @@ class SlamConfig:
     klt: KltConfig = field(default_factory=KltConfig)
     patch: PatchConfig = field(default_factory=PatchConfig)
     keyframe_shift_px: float = 30.0
-    keyframe_survivors: float = 0.7
+    keyframe_survivors: float = 0.6
     keyframe_gap: int = 12
+    keyframe_rest: int = 5
     bundle_cauchy_px: float = 0.5
     final_cauchy_px: float = 0.25
     min_inliers: int = 15

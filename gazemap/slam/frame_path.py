@@ -41,6 +41,20 @@ class FramePath:
             inlier_count=np.zeros(count, dtype=np.int64),
         )
 
+    def follow(self, frames: IntArray, R_cam_map: FloatArray, t_cam_map: FloatArray) -> None:
+        """Set the poses of some frames (K,), and move each other frame with the nearest of them."""
+        is_set = np.zeros(len(self.t_ns), dtype=np.bool_)
+        is_set[frames] = True
+        others = np.flatnonzero(self.is_posed & ~is_set)
+        near = _nearest(frames, others)
+        R_old, t_old = self.R_cam_map[frames[near]], self.t_cam_map[frames[near]]
+        R = self.R_cam_map[others] @ R_old.transpose(0, 2, 1)
+        step = self.t_cam_map[others] - np.einsum("nij,nj->ni", R, t_old)
+        self.R_cam_map[others] = R @ R_cam_map[near]
+        self.t_cam_map[others] = np.einsum("nij,nj->ni", R, t_cam_map[near]) + step
+        self.R_cam_map[frames], self.t_cam_map[frames] = R_cam_map, t_cam_map
+        self.is_posed[frames] = True
+
     def twists(self) -> FloatArray:
         """Return how each frame's pose changes per second (N, 6), as a left tangent.
 
@@ -58,6 +72,15 @@ class FramePath:
         twists = np.concatenate([turned, moved], axis=1) / span_s[:, None]
         twists[(after == before) | ~self.is_posed] = 0.0
         return np.asarray(twists)
+
+
+def _nearest(ascending: IntArray, numbers: IntArray) -> IntArray:
+    """Return the index of the nearest of ascending numbers (K,) for each number (N,)."""
+    after = np.clip(np.searchsorted(ascending, numbers), 1, max(len(ascending) - 1, 1))
+    before_is_nearer = (
+        numbers - ascending[after - 1] <= ascending[np.minimum(after, len(ascending) - 1)] - numbers
+    )
+    return np.where(before_is_nearer, after - 1, np.minimum(after, len(ascending) - 1))
 
 
 def shutter_shift(in_cam: FloatArray, *, twist: FloatArray, delay_s: FloatArray) -> FloatArray:

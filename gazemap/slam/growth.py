@@ -6,40 +6,44 @@ from gazemap.slam.config import SlamConfig
 from gazemap.slam.structure import Structure
 
 _GROWTH_BETWEEN_ADJUSTMENTS = 1.5
+_QUICK_ITERATIONS = 10
 
 
 def grow(structure: Structure, config: SlamConfig) -> None:
-    """Pose as many keyframes as the tracks reach; bundle-adjust each time they grow by half."""
-    min_parallax_rad = float(np.radians(config.min_parallax_deg))
-    structure.triangulate(min_parallax_rad=min_parallax_rad)
-    adjusted_count = int(structure.is_posed.sum())
+    """Pose as many keyframes as the tracks reach, and adjust the whole."""
+    posed_count = -1
+    # A better map may pose keyframes that were refused before.
+    while structure.is_posed.sum() > posed_count:
+        posed_count = int(structure.is_posed.sum())
+        _extend(structure, config)
+        _settle(structure, config)
+    _settle(structure, config)
+
+
+def _extend(structure: Structure, config: SlamConfig) -> None:
+    """Pose keyframes one after the other, the one that sees most of the map first."""
+    _triangulate(structure, config)
     refused = np.zeros(len(structure.is_posed), dtype=np.bool_)
+    next_adjustment = _GROWTH_BETWEEN_ADJUSTMENTS * structure.is_posed.sum()
     while True:
         counts = structure.known_counts()
         counts[structure.is_posed | refused] = 0
         k = int(counts.argmax())
         if counts[k] < config.min_inliers:
-            if not refused.any() or structure.is_posed.sum() == adjusted_count:
-                break
-            # More of the map may pose what was refused before.
-            refused[:] = False
-        elif structure.locate(k, min_inliers=config.min_inliers):
-            structure.triangulate(min_parallax_rad=min_parallax_rad)
-        else:
+            return
+        if not structure.locate(k, min_inliers=config.min_inliers):
             refused[k] = True
             continue
-        if (
-            structure.is_posed.sum() >= _GROWTH_BETWEEN_ADJUSTMENTS * adjusted_count
-            or not counts[k]
-        ):
-            structure.adjust(cauchy_px=config.bundle_cauchy_px, iterations=15)
-            structure.triangulate(min_parallax_rad=min_parallax_rad)
-            adjusted_count = int(structure.is_posed.sum())
-    finish(structure, config)
+        _triangulate(structure, config)
+        if structure.is_posed.sum() >= next_adjustment:
+            _settle(structure, config)
+            next_adjustment = _GROWTH_BETWEEN_ADJUSTMENTS * structure.is_posed.sum()
 
 
-def finish(structure: Structure, config: SlamConfig) -> None:
-    """Adjust everything twice, with the outliers of the first time left out."""
-    for _ in range(2):
-        structure.adjust(cauchy_px=config.bundle_cauchy_px)
-        structure.triangulate(min_parallax_rad=float(np.radians(config.min_parallax_deg)))
+def _settle(structure: Structure, config: SlamConfig) -> None:
+    structure.adjust(cauchy_px=config.bundle_cauchy_px, iterations=_QUICK_ITERATIONS)
+    _triangulate(structure, config)
+
+
+def _triangulate(structure: Structure, config: SlamConfig) -> None:
+    structure.triangulate(min_parallax_rad=float(np.radians(config.min_parallax_deg)))

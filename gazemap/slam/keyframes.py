@@ -8,6 +8,8 @@ from gazemap.geometry.arrays import IntArray
 from gazemap.slam.config import SlamConfig
 from gazemap.slam.klt import Corners
 
+_HARDLY_ANY = 0.2
+
 
 def choose_keyframes(corners: Sequence[Corners], config: SlamConfig) -> IntArray:
     """Return the frames (K,) after which corners moved far, got lost, or time went by."""
@@ -24,7 +26,12 @@ def _is_due(last: Corners, here: Corners, *, gap: int, config: SlamConfig) -> bo
     if gap >= config.keyframe_gap:
         return True
     _, i, j = np.intersect1d(last.track_id, here.track_id, assume_unique=True, return_indices=True)
-    if len(i) < config.keyframe_survivors * len(last):
+    survivors = len(i) / max(len(last), 1)
+    if survivors < _HARDLY_ANY:
         return True
+    if gap < config.keyframe_rest:
+        return False
     shift_px = np.linalg.norm(last.uv_px[i] - here.uv_px[j], axis=1)
-    return float(np.median(shift_px)) > config.keyframe_shift_px
+    return bool(
+        survivors < config.keyframe_survivors or np.median(shift_px) > config.keyframe_shift_px
+    )

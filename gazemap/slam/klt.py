@@ -64,10 +64,15 @@ class CornerTracker:
         back, found_back = self._flow(grey, last, start=end, guess=start)
         closes = np.linalg.norm(back - start, axis=1) < self._config.forward_backward_px
         keep = found & found_back & closes & _inside(end, grey, margin_px=4)
-        self._velocity_px = (end - start)[keep].astype(np.float64)
+        self._corners = Corners(track_id=self._corners.track_id, uv_px=end.astype(np.float64))
+        self._velocity_px = (end - start).astype(np.float64)
+        self._keep(keep)
+
+    def _keep(self, chosen: BoolArray | IntArray) -> None:
         self._corners = Corners(
-            track_id=self._corners.track_id[keep], uv_px=end[keep].astype(np.float64)
+            track_id=self._corners.track_id[chosen], uv_px=self._corners.uv_px[chosen]
         )
+        self._velocity_px = self._velocity_px[chosen]
 
     def _flow(
         self, a: ImageArray, b: ImageArray, *, start: np.ndarray, guess: np.ndarray
@@ -85,6 +90,7 @@ class CornerTracker:
             self._frames_to_top_up -= 1
             return
         self._frames_to_top_up = self._config.top_up_every - 1
+        self._keep(oldest_in_cell(grey.shape, self._corners.uv_px, config=self._config))
         new_px = best_corners(grey, taken_px=self._corners.uv_px, config=self._config)
         new_id = np.arange(self._next_id, self._next_id + len(new_px), dtype=np.int64)
         self._next_id += len(new_px)
@@ -99,10 +105,22 @@ class CornerTracker:
         self._velocity_px = np.concatenate([self._velocity_px, still])
 
 
+def oldest_in_cell(shape: tuple[int, ...], uv_px: FloatArray, *, config: KltConfig) -> IntArray:
+    """Return which of the corners (N, 2), oldest first, are the only one kept of their cell."""
+    # Half the side of the cells that are filled: a corner that drifts next to another may stay.
+    cell = _cell_px(shape, config) // 2
+    column, row = (uv_px // cell).astype(np.int64).T
+    return np.sort(np.unique(row * (shape[1] // cell + 1) + column, return_index=True)[1])
+
+
+def _cell_px(shape: tuple[int, ...], config: KltConfig) -> int:
+    return int(max(8, round((shape[0] * shape[1] / config.cell_count) ** 0.5)))
+
+
 def best_corners(grey: ImageArray, *, taken_px: FloatArray, config: KltConfig) -> FloatArray:
     """Return the best corner (N, 2) of each cell that holds none yet."""
     height, width = grey.shape
-    cell = max(8, round((height * width / config.cell_count) ** 0.5))
+    cell = _cell_px(grey.shape, config)
     rows, columns = height // cell, width // cell
     strength = cv2.cornerMinEigenVal(grey, 5, ksize=3) * 255.0**2
     margin = config.window_px // 2 + 2

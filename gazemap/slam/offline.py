@@ -15,6 +15,7 @@ from gazemap.slam.frame_path import FramePath
 from gazemap.slam.framewise import pose_frames_by_corners
 from gazemap.slam.front import FollowedCorners, Skeleton, build_skeleton, follow_corners
 from gazemap.slam.growth import grow
+from gazemap.slam.join import join
 from gazemap.slam.refinement import RefinedMap, refine
 from gazemap.slam.tag_alignment import Map
 from gazemap.slam.video import GreyVideo
@@ -52,6 +53,8 @@ def map_session(
         return _nothing(t_ns.tolist(), camera, followed)
     report("growing the map", 0, 0)
     grow(skeleton.structure, config)
+    while join(skeleton, video, config=config):
+        grow(skeleton.structure, config)
     path = pose_frames_by_corners(followed, skeleton, t_ns=t_ns, config=config)
     refined = refine(video, camera, skeleton=skeleton, path=path, config=config, progress=report)
     S_world_map, warnings = None, []

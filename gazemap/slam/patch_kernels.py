@@ -15,6 +15,8 @@ from gazemap.geometry.arrays import BoolArray, FloatArray, ImageArray, IntArray
 _FLATTEST_GREY = 2.0
 _LONGEST_STEP_PX = 2.0
 _SHORTEST_STEP_PX = 0.01
+_HOPELESS_AFTER = 4
+_HOPELESS_ZNCC = 0.4
 
 
 class References(NamedTuple):
@@ -137,13 +139,14 @@ def align(image: ImageArray, references: References, windows: Windows, iteration
         warp, uv = windows.warp[n], windows.uv[n]
         reach_u = half * (abs(warp[0, 0]) + abs(warp[0, 1])) + 1.0
         reach_v = half * (abs(warp[1, 0]) + abs(warp[1, 1])) + 1.0
-        for _ in range(iterations):
+        for attempt in range(iterations):
             inside_u = reach_u < uv[0] < width - 1 - reach_u
             if not (inside_u and reach_v < uv[1] < height - 1 - reach_v):
                 windows.zncc[n] = -1.0
                 break
             step_px, windows.zncc[n] = _step(image, references, windows.point[n], warp, uv)
-            if step_px < _SHORTEST_STEP_PX:
+            hopeless = attempt == _HOPELESS_AFTER and windows.zncc[n] < _HOPELESS_ZNCC
+            if hopeless or step_px < _SHORTEST_STEP_PX:
                 break
 
 

@@ -14,12 +14,14 @@ import numpy as np
 from gazemap.geometry.arrays import BoolArray, FloatArray, ImageArray, IntArray
 from gazemap.geometry.camera import Camera
 from gazemap.slam.config import PatchConfig
+from gazemap.slam.frame_path import shutter_shift
 from gazemap.slam.patch_kernels import Windows, align, cut, no_references
 
 _LEVELS = 2
 _LARGEST_WARP = 2.2
 _SMALLEST_WARP = 0.45
 _PLANE_STEP_PX = 3.0
+_STEEPEST_COSINE = 0.5
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -53,6 +55,7 @@ class PatchAtlas:
         weight = _gaussian(config.half_px)
         self._levels = [no_references(count, weight) for _ in range(_LEVELS)]
         self._plane_map = np.zeros((count, 3, 3))
+        self._facing_map = np.zeros((count, 3))
         step = np.array([[0.0, 0.0], [_PLANE_STEP_PX, 0.0], [0.0, _PLANE_STEP_PX]])
         flat = camera.normalize((uv_px[:, None] + step).reshape(-1, 2)).reshape(count, 3, 2)
         self._ray_ref = np.concatenate([flat, np.ones((count, 3, 1))], axis=2)
@@ -78,11 +81,28 @@ class PatchAtlas:
         plane_ref = self._ray_ref * reach[..., None]
         # The point itself, not its ray through a pixel that may be a hair off it.
         plane_ref += (in_ref - plane_ref[:, 0])[:, None]
+        self._facing_map = -np.einsum("nji,nj->ni", R_ref_map, normal)
         self._plane_map = np.einsum("nji,nkj->nki", R_ref_map, plane_ref - t_ref_map[:, None])
 
-    def find(self, grey: ImageArray, R_cam_map: FloatArray, t_cam_map: FloatArray) -> PatchViews:
-        """Return the points that a frame (height, width) with this pose shows."""
+    def find(
+        self,
+        grey: ImageArray,
+        R_cam_map: FloatArray,
+        t_cam_map: FloatArray,
+        *,
+        twist: FloatArray | None = None,
+    ) -> PatchViews:
+        """Return the points that a frame shows.
+
+        Args:
+            grey: (height, width).
+            R_cam_map: (3, 3) of its pose, good to a few pixels.
+            t_cam_map: (3,).
+            twist: (6,) motion per second as a left tangent, where the shutter rolls.
+        """
         points, uv_px, warp = self._predict(R_cam_map, t_cam_map)
+        if twist is not None and self._camera.readout_s:
+            uv_px = uv_px + self._rolled(points, uv_px, R_cam_map, t_cam_map, twist=twist)
         images = _pyramid(grey)
         found_px, zncc = self._refine(images[0], 0, points=points, start_px=uv_px, warp=warp)
         missed = np.flatnonzero(zncc < self._config.zncc)
@@ -122,8 +142,25 @@ class PatchAtlas:
         uv = self._camera.project(in_cam[ahead].reshape(-1, 3)).reshape(-1, 3, 2)
         warp = np.stack([uv[:, 1] - uv[:, 0], uv[:, 2] - uv[:, 0]], axis=-1) / _PLANE_STEP_PX
         area = np.linalg.det(warp)
-        keep = self._inside(uv[:, 0]) & (area > _SMALLEST_WARP**2) & (area < _LARGEST_WARP**2)
+        keep = self._inside(uv[:, 0]) & self._is_facing(ahead, in_cam[ahead, 0], R_cam_map)
+        keep &= (area > _SMALLEST_WARP**2) & (area < _LARGEST_WARP**2)
         return ahead[keep], uv[keep, 0], warp[keep]
+
+    def _is_facing(self, points: IntArray, in_cam: FloatArray, R_cam_map: FloatArray) -> BoolArray:
+        """Return which points (N,) are seen from about where their reference camera was."""
+        to_reference = self._facing_map[points] @ R_cam_map.T
+        cosine = -np.einsum("ni,ni->n", to_reference, in_cam) / np.linalg.norm(in_cam, axis=1)
+        return np.asarray(cosine > _STEEPEST_COSINE)
+
+    def _rolled(
+        self, points: IntArray, uv_px: FloatArray, R_cam_map: FloatArray, t_cam_map: FloatArray,
+        *, twist: FloatArray,
+    ) -> FloatArray:  # fmt: skip
+        """Return how far the rolling shutter moves predicted points, in pixels (N, 2)."""
+        in_cam = self._plane_map[points, 0] @ R_cam_map.T + t_cam_map
+        delay_s = self._camera.row_delay_ns(uv_px[:, 1]) / 1e9
+        shift = shutter_shift(in_cam, twist=twist, delay_s=delay_s)
+        return np.asarray(shift * [self._camera.K[0, 0], self._camera.K[1, 1]])
 
     def _widest_flat(self) -> float:
         width, height = self._camera.width_px, self._camera.height_px

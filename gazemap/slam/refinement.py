@@ -1,39 +1,29 @@
 """The decisive step: points found again by fixed patches in every frame, and a final adjustment."""
 
+from collections.abc import Iterable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
 
-from gazemap.geometry.arrays import BoolArray, FloatArray, IntArray
+from gazemap.geometry.arrays import BoolArray, FloatArray, ImageArray, IntArray
 from gazemap.geometry.camera import Camera
 from gazemap.ports import Progress
 from gazemap.slam.bundle import BundleProblem, adjust
-from gazemap.slam.config import PatchConfig, SlamConfig
+from gazemap.slam.config import SlamConfig
 from gazemap.slam.frame_path import FramePath, shutter_shift
 from gazemap.slam.framewise import FrameViews, pose_frames
 from gazemap.slam.front import Skeleton
+from gazemap.slam.patch_choice import PatchPoints, candidate_points, choose_found
 from gazemap.slam.patches import PatchAtlas, PatchViews
 from gazemap.slam.structure import Structure
 from gazemap.slam.video import GreyVideo
 
 _OUTLIER_PX = 2.0
 _FEWEST_KEYFRAMES = 3
-_SHUTTER_ROUNDS = 2
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class PatchPoints:
-    """The points that get patches.
-
-    Attributes:
-        track: (P,) their tracks in the structure.
-        reference: (P,) keyframe each patch is cut from.
-        uv_px: (P, 2) its centre there.
-    """
-
-    track: IntArray
-    reference: IntArray
-    uv_px: FloatArray
+_THREADS = 2
+_FRAMES_AHEAD = 8
+_NOTHING = PatchViews(point=np.empty(0, dtype=np.int64), uv_px=np.empty((0, 2)), zncc=np.empty(0))
 
 
 @dataclass(slots=True, kw_only=True, eq=False)
@@ -45,43 +35,12 @@ class RefinedMap:
         points_map: (P, 3).
         is_good: (P,) seen by enough keyframes.
         found: the patches found in each frame.
-        shift: flat shift of each found patch by the rolling shutter.
     """
 
     selected: PatchPoints
     points_map: FloatArray
     is_good: BoolArray
     found: list[PatchViews]
-    shift: list[FloatArray]
-
-
-def choose_points(skeleton: Skeleton, config: PatchConfig) -> PatchPoints:
-    """Return the longest-seen points so that each keyframe has as many in view as are wanted."""
-    structure = skeleton.structure
-    rows = np.flatnonzero(
-        structure.is_valid & structure.has_point[structure.track]
-        & structure.is_posed[structure.keyframe]
-    )  # fmt: skip
-    rows = rows[np.argsort(structure.track[rows], kind="stable")]
-    start = np.searchsorted(structure.track[rows], np.arange(len(structure.has_point) + 1))
-    length = np.diff(start)
-    wanted = np.full(len(structure.is_posed), config.points_per_keyframe)
-    chosen, reference_row = [], []
-    for j in np.argsort(-length, kind="stable").tolist():
-        if length[j] < _FEWEST_KEYFRAMES:
-            break
-        mine = rows[start[j] : start[j + 1]]
-        seen_by = structure.keyframe[mine]
-        if (wanted[seen_by] > 0).mean() >= 0.5:
-            wanted[seen_by] -= 1
-            chosen.append(j)
-            reference_row.append(mine[len(mine) // 2])
-    at = np.array(reference_row, dtype=np.int64)
-    return PatchPoints(
-        track=np.array(chosen, dtype=np.int64),
-        reference=structure.keyframe[at],
-        uv_px=skeleton.uv_px[at],
-    )
 
 
 def refine(
@@ -93,72 +52,151 @@ def refine(
     config: SlamConfig,
     progress: Progress,
 ) -> RefinedMap:
-    """Find the patches in all frames, adjust the keyframes, and pose every frame anew.
+    """Find patches in the keyframes, keep those that are found well, find them in all frames.
 
-    The structure's poses and the path are improved in place.
+    Each time the keyframes and points are bundle-adjusted. The structure's poses and the path are
+    improved in place.
     """
     structure = skeleton.structure
-    selected = choose_points(skeleton, config.patch)
-    atlas = PatchAtlas(camera, uv_px=selected.uv_px, config=config.patch)
-    _cut_references(atlas, video, selected=selected, frames=skeleton.frames)
-    refined = RefinedMap(
-        selected=selected,
-        points_map=structure.points_map[selected.track],
-        is_good=np.ones(len(selected.track), dtype=np.bool_),
-        found=[],
-        shift=[],
+    search = _Search(video=video, camera=camera, skeleton=skeleton, path=path, config=config)
+    candidates = candidate_points(skeleton, camera, config.patch)
+    rough = search.run(
+        candidates, points_map=structure.points_map[candidates.track],
+        frames=skeleton.frames[structure.is_posed], progress=progress,
+    )  # fmt: skip
+    kept = choose_found(
+        [rough.found[f] for f in skeleton.frames], candidates, camera=camera, config=config.patch
     )
-    R_ref, t_ref = structure.R_cam_map[selected.reference], structure.t_cam_map[selected.reference]
-    atlas.place(refined.points_map, R_ref, t_ref)
-    _find_patches(refined, atlas, video=video, path=path, progress=progress)
-    views = _flat_views(refined, camera)
-    for _ in range(_SHUTTER_ROUNDS if camera.readout_s else 1):
-        if camera.readout_s:
-            refined.shift = shutter_shifts(refined, path, camera)
-        still = _without_shift(views, refined)
-        adjust_keyframes(refined, structure, frames=skeleton.frames, views=still, config=config)
-        good = _good_views(still, refined.is_good)
-        pose_frames(
-            path, good, points_map=refined.points_map, focal_px=structure.focal_px, config=config
+    rough = _narrowed(rough, kept)
+    _adjust_all(rough, search)
+    fine = search.run(
+        rough.selected, points_map=rough.points_map, frames=np.flatnonzero(path.is_posed),
+        progress=progress,
+    )  # fmt: skip
+    views = _adjust_all(fine, search)
+    pose_frames(
+        path, _good_views(views, fine.is_good), points_map=fine.points_map,
+        focal_px=structure.focal_px, config=config,
+    )  # fmt: skip
+    return fine
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Search:
+    """What looking for patches needs; the skeleton's poses and the path move under it."""
+
+    video: GreyVideo
+    camera: Camera
+    skeleton: Skeleton
+    path: FramePath
+    config: SlamConfig
+
+    def run(
+        self, selected: PatchPoints, *, points_map: FloatArray, frames: IntArray, progress: Progress
+    ) -> RefinedMap:
+        """Look for all patches (P,) in the given frames."""
+        structure = self.skeleton.structure
+        atlas = PatchAtlas(self.camera, uv_px=selected.uv_px, config=self.config.patch)
+        reference = self.skeleton.frames[selected.reference]
+        for index, grey in self.video:
+            points = np.flatnonzero(reference == index)
+            if len(points):
+                atlas.take_references(grey, points)
+        atlas.place(
+            points_map,
+            structure.R_cam_map[selected.reference],
+            structure.t_cam_map[selected.reference],
         )
-    return refined
+        found = [_NOTHING] * len(self.video)
+        wanted = set(frames.tolist())
+        for done, (index, views) in enumerate(_in_threads(self._jobs(atlas, wanted))):
+            found[index] = views
+            progress("aligning patches", done + 1, len(wanted))
+        good = np.ones(len(selected.track), dtype=np.bool_)
+        return RefinedMap(selected=selected, points_map=points_map, is_good=good, found=found)
+
+    def _jobs(self, atlas: PatchAtlas, wanted: set[int]) -> Iterator["_Job"]:
+        twists = self.path.twists()
+        for index, grey in self.video:
+            if index in wanted:
+                yield _Job(
+                    index=index, grey=grey, atlas=atlas, R_cam_map=self.path.R_cam_map[index],
+                    t_cam_map=self.path.t_cam_map[index], twist=twists[index],
+                )  # fmt: skip
 
 
-def _cut_references(
-    atlas: PatchAtlas, video: GreyVideo, *, selected: PatchPoints, frames: IntArray
-) -> None:
-    points_of = {int(frames[k]): selected.reference == k for k in np.unique(selected.reference)}
-    for index, grey in video:
-        if index in points_of:
-            atlas.take_references(grey, np.flatnonzero(points_of[index]))
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Job:
+    """One frame to look for patches in."""
+
+    index: int
+    grey: ImageArray
+    atlas: PatchAtlas
+    R_cam_map: FloatArray
+    t_cam_map: FloatArray
+    twist: FloatArray
+
+    def run(self) -> tuple[int, PatchViews]:
+        found = self.atlas.find(self.grey, self.R_cam_map, self.t_cam_map, twist=self.twist)
+        return self.index, found
 
 
-def _find_patches(
-    refined: RefinedMap, atlas: PatchAtlas, *, video: GreyVideo, path: FramePath, progress: Progress
-) -> None:
-    nothing = PatchViews(
-        point=np.empty(0, dtype=np.int64), uv_px=np.empty((0, 2)), zncc=np.empty(0)
+def _in_threads(jobs: Iterable[_Job]) -> Iterator[tuple[int, PatchViews]]:
+    """Run jobs side by side, few at a time, and yield their results in order."""
+    with ThreadPoolExecutor(_THREADS) as pool:
+        waiting: list[Future[tuple[int, PatchViews]]] = []
+        for job in jobs:
+            waiting.append(pool.submit(job.run))
+            if len(waiting) > _FRAMES_AHEAD:
+                yield waiting.pop(0).result()
+        for each in waiting:
+            yield each.result()
+
+
+def _narrowed(rough: RefinedMap, kept: IntArray) -> RefinedMap:
+    """Return the map with only the kept points (Q,)."""
+    rank = np.full(len(rough.points_map), -1, dtype=np.int64)
+    rank[kept] = np.arange(len(kept))
+    found = []
+    for views in rough.found:
+        mine = rank[views.point] >= 0
+        found.append(
+            PatchViews(
+                point=rank[views.point[mine]], uv_px=views.uv_px[mine], zncc=views.zncc[mine]
+            )
+        )
+    selected = PatchPoints(
+        track=rough.selected.track[kept],
+        reference=rough.selected.reference[kept],
+        uv_px=rough.selected.uv_px[kept],
     )
-    for index, grey in video:
-        found = nothing
-        if path.is_posed[index]:
-            found = atlas.find(grey, path.R_cam_map[index], path.t_cam_map[index])
-        refined.found.append(found)
-        refined.shift.append(np.zeros((len(found.point), 2)))
-        progress("aligning patches", index + 1, len(video))
+    good = np.ones(len(kept), dtype=np.bool_)
+    points_map = rough.points_map[kept]
+    return RefinedMap(selected=selected, points_map=points_map, is_good=good, found=found)
 
 
-def _flat_views(refined: RefinedMap, camera: Camera) -> list[FrameViews]:
-    return [
-        FrameViews(point=each.point, flat=camera.normalize(each.uv_px)) for each in refined.found
-    ]
+def _adjust_all(refined: RefinedMap, search: _Search) -> list[FrameViews]:
+    """Adjust keyframes and points, take all frames along; return the views without shutter."""
+    structure, path, frames = search.skeleton.structure, search.path, search.skeleton.frames
+    views = still_views(refined, path, search.camera)
+    adjust_keyframes(refined, structure, frames=frames, views=views, config=search.config)
+    posed = structure.is_posed
+    path.follow(frames[posed], structure.R_cam_map[posed], structure.t_cam_map[posed])
+    return views
 
 
-def _without_shift(views: list[FrameViews], refined: RefinedMap) -> list[FrameViews]:
-    return [
-        FrameViews(point=each.point, flat=each.flat - shift)
-        for each, shift in zip(views, refined.shift, strict=True)
-    ]
+def still_views(refined: RefinedMap, path: FramePath, camera: Camera) -> list[FrameViews]:
+    """Return the found patches as flat views, as a global shutter would have seen them."""
+    twists = path.twists()
+    views = []
+    for i, found in enumerate(refined.found):
+        flat = camera.normalize(found.uv_px)
+        if camera.readout_s:
+            in_cam = refined.points_map[found.point] @ path.R_cam_map[i].T + path.t_cam_map[i]
+            delay_s = camera.row_delay_ns(found.uv_px[:, 1]) / 1e9
+            flat = flat - shutter_shift(in_cam, twist=twists[i], delay_s=delay_s)
+        views.append(FrameViews(point=found.point, flat=flat))
+    return views
 
 
 def _good_views(views: list[FrameViews], is_good: BoolArray) -> list[FrameViews]:
@@ -167,17 +205,6 @@ def _good_views(views: list[FrameViews], is_good: BoolArray) -> list[FrameViews]
         good = is_good[each.point]
         kept.append(FrameViews(point=each.point[good], flat=each.flat[good]))
     return kept
-
-
-def shutter_shifts(refined: RefinedMap, path: FramePath, camera: Camera) -> list[FloatArray]:
-    """Return how far the rolling shutter moved each found patch, in flat units."""
-    twists = path.twists()
-    shifts = []
-    for i, found in enumerate(refined.found):
-        in_cam = refined.points_map[found.point] @ path.R_cam_map[i].T + path.t_cam_map[i]
-        delay_s = camera.row_delay_ns(found.uv_px[:, 1]) / 1e9
-        shifts.append(shutter_shift(in_cam, twist=twists[i], delay_s=delay_s))
-    return shifts
 
 
 def adjust_keyframes(

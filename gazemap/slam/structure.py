@@ -61,12 +61,20 @@ class Structure:
 
     def residual_px(self) -> FloatArray:
         """Return how far each view (M,) is from its point; inf behind, NaN where not known."""
-        R, t = self.R_cam_map[self.keyframe], self.t_cam_map[self.keyframe]
-        in_cam = np.einsum("nij,nj->ni", R, self.points_map[self.track]) + t
+        known = self.is_posed[self.keyframe] & self.has_point[self.track]
+        off = np.full(len(known), np.nan)
+        rows = np.flatnonzero(known)
+        off[rows] = self.residual_px_to(rows, self.track[rows])
+        return off
+
+    def residual_px_to(self, rows: IntArray, tracks: IntArray) -> FloatArray:
+        """Return how far views (N,) are from the points of tracks (N,); inf behind."""
+        keyframe = self.keyframe[rows]
+        in_cam = np.einsum("nij,nj->ni", self.R_cam_map[keyframe], self.points_map[tracks])
+        in_cam += self.t_cam_map[keyframe]
         with np.errstate(divide="ignore", invalid="ignore"):
-            off = np.linalg.norm(in_cam[:, :2] / in_cam[:, 2:] - self.flat, axis=1)
+            off = np.linalg.norm(in_cam[:, :2] / in_cam[:, 2:] - self.flat[rows], axis=1)
         off[in_cam[:, 2] < 1e-6] = np.inf
-        off[~(self.is_posed[self.keyframe] & self.has_point[self.track])] = np.nan
         return np.asarray(off * self.focal_px)
 
     def triangulate(self, *, min_parallax_rad: float) -> None:
@@ -99,7 +107,7 @@ class Structure:
         rows = self.known_views(k)
         if len(rows) < min_inliers:
             return False
-        near, points = self._nearest_posed(k), self.points_map[self.track[rows]]
+        near, points = self.nearest_posed(k), self.points_map[self.track[rows]]
         fit = robust_pose(
             self.R_cam_map[near], self.t_cam_map[near], points_map=points,
             flat=self.flat[rows], focal_px=self.focal_px,
@@ -110,7 +118,8 @@ class Structure:
         self.set_pose(k, fit.R_cam_map, fit.t_cam_map)
         return True
 
-    def _nearest_posed(self, k: int) -> int:
+    def nearest_posed(self, k: int) -> int:
+        """Return the posed keyframe nearest in time to keyframe k."""
         posed = np.flatnonzero(self.is_posed)
         return int(posed[np.abs(posed - k).argmin()])
 

@@ -12,13 +12,17 @@ from gazemap.slam.tags import TagDetector, TagView
 from gazemap.slam.video import GreyVideo
 from gazemap.types.session import TagLayout
 
+_TAG_FRAMES = 48
+
 
 def align_by_tags(
     video: GreyVideo, camera: Camera, *, path: FramePath, frames: IntArray, layout: TagLayout
 ) -> Similarity[World, Map] | None:
     """Return the similarity into the tags' world from the tags seen in some posed frames (K,)."""
     detector = TagDetector(family=layout.family, camera=camera)
-    wanted = {int(i) for i in frames if path.is_posed[i]}
+    posed = frames[path.is_posed[frames]]
+    spread = np.linspace(0, len(posed) - 1, min(len(posed), _TAG_FRAMES)).astype(int)
+    wanted = set(posed[spread].tolist())
     sightings: list[tuple[int, TagSighting]] = []
     for index, grey in video:
         if index in wanted:
