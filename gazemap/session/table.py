@@ -124,7 +124,9 @@ def _parse(file: TextIO, path: Path) -> Table:
                 where=f"{path}, line {rows.line_num}",
                 todo="the file may be cut off: export or copy it again",
             )
-        fields.append(row)
+        # Ids repeat from row to row: one string for all halves the memory that an hour takes.
+        above = fields[-1] if fields else row
+        fields.append([up if text == up else text for text, up in zip(row, above, strict=False)])
         lines.append(rows.line_num)
     columns = {name: [row[i].strip() for row in fields] for i, name in enumerate(names)}
     return Table(path=path, columns=columns, lines=lines)

@@ -1,8 +1,9 @@
 """The console script `gazemap`: finds a command, runs it, and says in one line what went wrong."""
 
 import importlib
+import os
 import sys
-from typing import Final
+from typing import Final, NoReturn
 
 import click
 from typing_extensions import override
@@ -63,5 +64,18 @@ def main() -> None:
         error.show()
         sys.exit(error.exit_code)
     except (GazemapError, GroundingError) as error:
-        print("gazemap: " + " ".join(str(error).split()), file=sys.stderr)
+        _say(str(error))
+    except BrokenPipeError:
+        # Who read our output has left, as `head` does: nobody is there to be told.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         sys.exit(1)
+    except OSError as error:
+        _say(
+            f"{error.filename or 'a file'}: {error.strerror}; check the path, its rights and space"
+        )
+
+
+def _say(line: str) -> NoReturn:
+    """Say what was wrong in one line, and leave."""
+    print("gazemap: " + " ".join(line.split()), file=sys.stderr)
+    sys.exit(1)

@@ -102,3 +102,20 @@ def test_bad_input_is_one_line_and_leaves_the_output_alone(
     assert err.count("\n") == 1
     assert out == ""
     assert [file.name for file in (tmp_path / "out").iterdir()] == ["kept.txt"]
+
+
+def test_an_output_that_cannot_be_written_is_one_line(tmp_path, monkeypatch, capsys):
+    writer = SessionWriter(path=tmp_path / "walk")
+    writer.write_all()
+    (tmp_path / "taken").mkdir()
+    (tmp_path / "taken" / "kept.txt").write_text("as it was")
+    for out, said in (("taken", "taken: Is a directory"), ("walk/scene.mp4/a.mcap", "scene.mp4: ")):
+        target = str(tmp_path / out)
+        monkeypatch.setattr(sys, "argv", ["gazemap", "import", str(writer.path), target])
+        with pytest.raises(SystemExit) as left:
+            main()
+        err = capsys.readouterr().err
+        assert left.value.code == 1
+        assert said in err
+        assert err.count("\n") == 1
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["taken", "walk"]
