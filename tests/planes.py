@@ -68,6 +68,28 @@ def hall():
     return [*wide, *far, *room()[2:]]
 
 
+def ring():
+    """Return eight walls around a place, every second one further away."""
+    walls = []
+    for k in range(8):
+        a = 2 * np.pi * k / 8
+        outwards, along = np.array([np.cos(a), np.sin(a)]), np.array([-np.sin(a), np.cos(a)])
+        half = 2.04 * np.tan(np.pi / 8)
+        start = (2.0 + 0.5 * (k % 2)) * outwards + half * along
+        walls.append(plane([*start, 0], [*(-2 * half * along), 0], [0, 0, 1.6], 100 + k))
+    return walls
+
+
+def turning(count, *, per_turn):
+    """Return poses of a walk in a circle that looks outwards."""
+    poses = []
+    for n in range(count):
+        a = 2 * np.pi * n / per_turn
+        p = np.array([0.7 * np.cos(a - 0.6), 0.7 * np.sin(a - 0.6), 0.8 + 0.1 * np.sin(3 * a)])
+        poses.append(looking(p, p + [np.cos(a), np.sin(a), 0]))
+    return poses
+
+
 def box_front(centre, size, seed=9):
     """Return the face of a carried box, turned towards -y."""
     corner = np.asarray(centre, float) - [size / 2, 0, size / 2]

@@ -50,6 +50,17 @@ class Landmarks:
     def __len__(self) -> int:
         return len(self.ids)
 
+    def chosen(self, which: BoolArray) -> "Landmarks":
+        """Return some of the landmarks."""
+        return Landmarks(
+            ids=self.ids[which],
+            points_world=self.points_world[which],
+            step_world=self.step_world[which],
+            facing_world=self.facing_world[which],
+            view_count=self.view_count[which],
+            references=self.references[which],
+        )
+
     def rows_of(self, ids: IntArray) -> tuple[IntArray, BoolArray]:
         """Return rows (N,) of ids, and which of them are there; the row of an absent one is 0."""
         if len(self.ids) == 0:

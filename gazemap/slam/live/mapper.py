@@ -12,6 +12,8 @@ from gazemap.geometry.camera import Camera
 from gazemap.geometry.pose import Cam, Pose, World
 from gazemap.slam.live.adjustment import adjust, covisible_window
 from gazemap.slam.live.config import LiveConfig
+from gazemap.slam.live.culling import cull_keyframes
+from gazemap.slam.live.loops import LoopFinder, close_loop
 from gazemap.slam.live.mapdata import Keyframe, SparseMap
 from gazemap.slam.live.measuring import measure_anew, measure_elsewhere, measure_everything
 from gazemap.slam.live.meeting import SleepingMap
@@ -54,6 +56,7 @@ class Mapper:
         )
         self._map = SparseMap(camera)
         self._sleeping: list[SleepingMap] = []
+        self._loops = LoopFinder(camera)
         self._told_ids: IntArray = np.empty(0, np.int64)
         self._since_full = 0
 
@@ -92,6 +95,7 @@ class Mapper:
         return self._update(last.keyframe_id, events=(event,))
 
     def _extend(self, note: KeyframeNote) -> Reply:
+        self._map.drop_features(note.vanished_ids)
         keyframe = self._add(note)
         front_end = self._config.front_end
         measure_everything(self._map, keyframe, config=front_end)
@@ -100,7 +104,11 @@ class Mapper:
         measure_elsewhere(self._map, new_ids, around, config=front_end)
         self._adjust(self._window(note.keyframe_id), rounds=6)
         self._cull()
-        events = (*self._anchor(note.t_ns), *self._merge(keyframe))
+        events = (
+            *self._anchor(note.t_ns),
+            *self._close_loop(keyframe),
+            *self._merge(keyframe),
+        )
         return self._update(note.keyframe_id, events=events)
 
     def _load(self, path: Path) -> Reply:
@@ -147,6 +155,7 @@ class Mapper:
         np.maximum.at(last_seen, f.rows_of(m.feature), m.keyframe)
         few = self._map.view_counts() < 2
         self._map.drop_features(f.ids[(f.mapped & few) | (~f.mapped & (last_seen < oldest))])
+        cull_keyframes(self._map, kept=self._config.mapping.keyframes_kept)
 
     def _anchor(self, t_ns: int) -> tuple[MapEvent, ...]:
         """Put the map into the world of the tags as soon as they fix it."""
@@ -166,6 +175,22 @@ class Mapper:
         self._adjust(self._all_ids(), rounds=10)
         return (self._event(MapEventKind.RE_ANCHORED, t_ns, S_new_old=S_new_old),)
 
+    def _close_loop(self, keyframe: Keyframe) -> tuple[MapEvent, ...]:
+        S_old_present = self._loops.find(self._map, keyframe)
+        if S_old_present is None:
+            return ()
+        S_new_old = close_loop(self._map, keyframe, S_old_present)
+        self._join(keyframe)
+        return (self._event(MapEventKind.LOOP_CLOSED, keyframe.t_ns, S_new_old=S_new_old),)
+
+    def _join(self, keyframe: Keyframe) -> None:
+        """Measure what came together around a keyframe, and adjust it."""
+        for other in covisible_window(self._map, keyframe.keyframe_id, count=_JOINED_KEYFRAMES):
+            frame = self._map.keyframes[int(other)]
+            measure_everything(self._map, frame, config=self._config.front_end)
+        self._since_full = self._config.mapping.full_every
+        self._adjust(self._window(keyframe.keyframe_id), rounds=15)
+
     def _merge(self, keyframe: Keyframe) -> tuple[MapEvent, ...]:
         """Join the present map with one that it meets, in whose world it then goes on."""
         for sleeping in self._sleeping:
@@ -176,11 +201,7 @@ class Mapper:
             self._sleeping.remove(sleeping)
             present.transform(S_new_old)
             self._map.absorb(present)
-            front_end = self._config.front_end
-            for other in covisible_window(self._map, keyframe.keyframe_id, count=_JOINED_KEYFRAMES):
-                measure_everything(self._map, self._map.keyframes[int(other)], config=front_end)
-            self._since_full = self._config.mapping.full_every
-            self._adjust(self._window(keyframe.keyframe_id), rounds=15)
+            self._join(keyframe)
             return (
                 self._event(
                     MapEventKind.MERGED, keyframe.t_ns, old_map_id=present.map_id,

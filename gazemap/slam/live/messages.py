@@ -23,6 +23,7 @@ class KeyframeNote:
         ids: (N,) the points that were measured.
         uv_px: (N, 2) where.
         sigma_px: (N,) how well.
+        vanished_ids: (V,) points that were looked for often and hardly ever found.
         born_ids: (B,) corners that are new; this frame holds their reference.
         born_uv_px: (B, 2) even pixels.
     """
@@ -35,6 +36,7 @@ class KeyframeNote:
     ids: IntArray
     uv_px: FloatArray
     sigma_px: FloatArray
+    vanished_ids: IntArray
     born_ids: IntArray
     born_uv_px: FloatArray
 

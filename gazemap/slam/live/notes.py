@@ -45,6 +45,7 @@ class Notes:
                 ids=ids if n > 0 else none,
                 uv_px=view.uv_px if n > 0 else nowhere,
                 sigma_px=np.full(len(ids) if n > 0 else 0, _FLOW_START_SIGMA_PX),
+                vanished_ids=none,
                 born_ids=ids if n == 0 else none,
                 born_uv_px=view.uv_px if n == 0 else nowhere,
             )
@@ -88,6 +89,7 @@ class Notes:
             ids=np.concatenate([poses.landmarks.ids[found.rows], ids]),
             uv_px=seen_px,
             sigma_px=sigma_px * spread,
+            vanished_ids=poses.vanished_ids(),
             born_ids=born_ids,
             born_uv_px=born_px,
         )

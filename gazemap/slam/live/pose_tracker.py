@@ -24,6 +24,8 @@ _FLOW_REACH_PX = 3.0
 _PRIOR_REACH_PX = 6.0
 # Of the points that should be seen after relocalising; a wrong place finds hardly any.
 _RELOCALISED_SHARE = 0.25
+_SOUGHT_LONG = 60
+_HARDLY_FOUND = 0.1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -56,11 +58,15 @@ class PoseTracker:
         self._flow_ids: IntArray = np.empty(0, np.int64)
         self._flow_uv_px: FloatArray = np.empty((0, 2))
         self._grey: ImageArray | None = None
+        # How often each landmark was looked for and found.
+        self._sought: IntArray = np.empty(0, np.int64)
+        self._hits: IntArray = np.empty(0, np.int64)
 
     def take(self, update: MapUpdate) -> None:
         """Use a new state of the map; references of known points are kept."""
         fresh = update.landmarks
         rows, known = self.landmarks.rows_of(fresh.ids)
+        zero = np.zeros(len(fresh.ids), np.int64)
         references = np.empty((len(fresh.ids), *fresh.references.shape[1:]), np.uint8)
         references[known] = self.landmarks.references[rows[known]]
         references[np.searchsorted(fresh.ids, update.new_ids)] = fresh.references
@@ -72,6 +78,8 @@ class PoseTracker:
             view_count=fresh.view_count,
             references=references,
         )
+        self._sought = np.where(known, self._sought[rows], 0) if len(self._sought) else zero
+        self._hits = np.where(known, self._hits[rows], 0) if len(self._hits) else zero.copy()
         mapped = np.isin(self.candidates.ids, fresh.ids)
         self._flow_ids = np.concatenate([self._flow_ids, self.candidates.ids[mapped]])
         self._flow_uv_px = np.concatenate([self._flow_uv_px, self.candidates.uv_px[mapped]])
@@ -91,6 +99,11 @@ class PoseTracker:
         if isinstance(found, FramePose):
             self._remember(grey, found)
         return found
+
+    def vanished_ids(self) -> IntArray:
+        """Return the landmarks that have moved away, or never were what they seemed."""
+        gone = (self._sought > _SOUGHT_LONG) & (self._hits < _HARDLY_FOUND * self._sought)
+        return self.landmarks.ids[gone]
 
     def forget_frame(self) -> None:
         """Forget the last frame and its corners: the map is another one."""
@@ -171,6 +184,8 @@ class PoseTracker:
         if fit is None:
             return LostReason.DIVERGED
         inlier = fit.inliers(_INLIER_SIGMAS)
+        self._sought[view.rows] += 1
+        self._hits[rows[inlier]] += 1
         if inlier.sum() < max(self._config.least_inliers, 0.3 * len(rows)):
             return LostReason.FEW_INLIERS
         return FramePose(
@@ -184,12 +199,18 @@ class PoseTracker:
             self._camera, T_cam_world, marks.points_world, marks.step_world, marks.facing_world
         )
         chosen = spread(
-            view.uv_px, marks.view_count[view.rows].astype(np.float64),
+            view.uv_px, self._rank(view.rows),
             count=self._config.aligned_landmarks, camera=self._camera,
         )  # fmt: skip
         return View(
             rows=view.rows[chosen], uv_px=view.uv_px[chosen], from_image=view.from_image[chosen]
         )
+
+    def _rank(self, rows: IntArray) -> FloatArray:
+        """Return how much landmarks (N,) are worth: seen by many keyframes, found when sought."""
+        share = (self._hits[rows] + 3.0) / (self._sought[rows] + 3.0)
+        rank: FloatArray = self.landmarks.view_count[rows] * share**2
+        return rank
 
     def _problem(
         self, points_world: FloatArray, uv_px: FloatArray, sigma_px: float, twist: FloatArray

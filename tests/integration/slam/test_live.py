@@ -12,7 +12,7 @@ from gazemap.slam.live.tracker import LiveTracker
 from gazemap.types.frame import Frame
 from gazemap.types.map import MapEventKind
 from gazemap.types.tracking import Lost, LostReason, Scale, Tracked
-from tests.planes import CAMERA, FRAME_NS, box_front, draw, hall, room, swaying
+from tests.planes import CAMERA, FRAME_NS, box_front, draw, hall, ring, room, swaying, turning
 
 CONFIG = LiveConfig(in_process=True, lag_frames=3)
 BLANK = np.full((CAMERA.height_px, CAMERA.width_px), 7, np.uint8)
@@ -183,3 +183,28 @@ def test_a_new_map_is_merged_when_it_meets_the_old():
     ]
     assert len(off) == 20
     assert np.median(off) < 5e-3
+
+
+@pytest.mark.slow
+def test_a_loop_is_closed_that_a_wrong_lens_had_opened():
+    """A focal length that is 4 % off turns a full turn into less: only the loop can tell."""
+    poses = turning(380, per_turn=300)
+    wrong = replace(CAMERA, K=CAMERA.K * [[0.96, 1, 1], [1, 0.96, 1], [1, 1, 1]])
+    images = []
+    for T in poses:
+        far_first = sorted(ring(), key=lambda w: -np.linalg.norm(w.corner + w.x / 2 - T.t))
+        images.append(draw(far_first, T))
+    with LiveTracker(wrong, config=CONFIG) as tracker:
+        outcomes = run(tracker, images)
+        closed = [e for e in tracker.take_events() if e.kind is MapEventKind.LOOP_CLOSED]
+    assert closed
+    assert 0.7 < closed[0].S_new_old.scale < 1.4
+    _, S = aligned_errors_m(outcomes[:100], poses[:100])
+    off = [
+        np.linalg.norm(S.transform(o.T_world_cam.t) - T.t)
+        for o, T in zip(outcomes, poses, strict=True)
+        if isinstance(o, Tracked)
+    ]
+    opened = np.median(off[-100:-60])
+    assert opened > 0.08
+    assert np.median(off[-15:]) < 0.3 * opened
