@@ -86,7 +86,7 @@ def turning(count, *, per_turn):
     for n in range(count):
         a = 2 * np.pi * n / per_turn
         p = np.array([0.7 * np.cos(a - 0.6), 0.7 * np.sin(a - 0.6), 0.8 + 0.1 * np.sin(3 * a)])
-        poses.append(looking(p, p + [np.cos(a), np.sin(a), 0]))
+        poses.append(looking(p, p + np.array([np.cos(a), np.sin(a), 0])))
     return poses
 
 

@@ -184,12 +184,11 @@ class Mapper:
         return (self._event(MapEventKind.LOOP_CLOSED, keyframe.t_ns, S_new_old=S_new_old),)
 
     def _join(self, keyframe: Keyframe) -> None:
-        """Measure what came together around a keyframe, and adjust it."""
+        """Measure what came together around a keyframe, and adjust everything."""
         for other in covisible_window(self._map, keyframe.keyframe_id, count=_JOINED_KEYFRAMES):
             frame = self._map.keyframes[int(other)]
             measure_everything(self._map, frame, config=self._config.front_end)
-        self._since_full = self._config.mapping.full_every
-        self._adjust(self._window(keyframe.keyframe_id), rounds=15)
+        self._adjust(self._all_ids(), rounds=15)
 
     def _merge(self, keyframe: Keyframe) -> tuple[MapEvent, ...]:
         """Join the present map with one that it meets, in whose world it then goes on."""

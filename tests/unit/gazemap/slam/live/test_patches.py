@@ -41,7 +41,7 @@ def test_a_turned_and_grown_patch_is_found_through_its_warp():
     references = cut_patches(Pyramid.of(IMAGE), uv)
     truth = uv @ turn.T + shift
     from_image = np.tile(np.linalg.inv(turn), (2, 1, 1))
-    found, correlation = align_patches(seen, references, from_image, truth + (1.1, -0.8))
+    found, correlation = align_patches(seen, references, from_image, truth + np.array([1.1, -0.8]))
     assert (correlation > 0.9).all()
     assert np.abs(found - truth).max() < 0.15
 

@@ -45,7 +45,7 @@ def test_the_covariance_is_that_of_many_runs():
     tangents = []
     for fit in fits:
         turn = Rotation.from_matrix(TRUE.R @ fit.T_cam_world.R.T)
-        tangents.append([*turn.as_rotvec(), *(TRUE.t - turn.apply(fit.T_cam_world.t))])
+        tangents.append([*turn.as_rotvec(), *(TRUE.t - turn.as_matrix() @ fit.T_cam_world.t)])
     told = np.mean([np.sqrt(np.diag(fit.cov_cam)) for fit in fits], axis=0)
     ratio = np.std(tangents, axis=0) / told
     assert (ratio > 0.6).all()
