@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from services.cli.symbols_print import measured, print_groups
+from services.cli.symbols_print import measured, measured_quietly, print_groups, tell
 from services.cli.symbols_reproduce import reproduce
 from services.cli.symbols_show import show
 from services.cli.symbols_teach import teach
@@ -46,7 +46,7 @@ def fit(labels: Path, out: Path, mode: str, unknown_rate: float | None) -> None:
 
     robust = RobustConfig() if unknown_rate is None else RobustConfig(unknown_rate=unknown_rate)
     config = SymbolConfig(mode=Mode(mode), robust=robust)
-    patches = labelled(measured(read_labels(labels), quiet_about_empty=True))
+    patches = labelled(measured(read_labels(labels), tell_empty=False))
     if not patches:
         raise InputError(
             "no patch could be read", where=labels, todo="check that its images are beside it"
@@ -93,9 +93,10 @@ def _rows(model: Path, listed: "list[ListedPatch]") -> tuple[list[tuple[str, ...
     classifier = Classifier(known)
     rows: list[tuple[str, ...]] = []
     readable = 0
-    for patch in measured(listed):
+    for patch in measured_quietly(listed):
         readable += patch.features is not None
         if not isinstance(patch.features, PatchFeatures):
+            tell(patch.note)
             rows += [(patch.listed.name, group.name, "", "", "0") for group in known.groups]
             continue
         found = classifier.classify(patch.features)
@@ -103,8 +104,9 @@ def _rows(model: Path, listed: "list[ListedPatch]") -> tuple[list[tuple[str, ...
             (patch.listed.name, each.group, each.symbol, f"{each.score:.6g}", str(int(each.known)))
             for each in found
         ]
-        for question in questions(known, found):
-            click.echo(f"{patch.listed.name}: {question.text}", err=True)
+        asked = [question.text for question in questions(known, found)]
+        if asked or patch.note:
+            tell(patch.note or f"{patch.listed.path}: {asked.pop(0)}", *asked)
     return rows, readable
 
 

@@ -3,6 +3,8 @@
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+import click
+
 if TYPE_CHECKING:
     from grounding.symbols.listing import ListedPatch
     from grounding.symbols.measure import MeasuredPatch
@@ -22,19 +24,34 @@ def print_groups(model: "SymbolModel") -> None:
         print(f"{person or 'everyone'} says: {names}")
 
 
-def measured(
-    listed: "list[ListedPatch]", *, quiet_about_empty: bool = False
-) -> "Iterator[MeasuredPatch]":
-    """Yield the patches with their features, with a bar and a line on each that is unusual."""
+def measured(listed: "list[ListedPatch]", *, tell_empty: bool = True) -> "Iterator[MeasuredPatch]":
+    """Yield the patches with their features, with a bar and a line on each that is unusual.
+
+    Args:
+        listed: the patches.
+        tell_empty: whether a patch without an object gets a line.
+    """
+    from grounding.features.background import NoObject
+
+    for patch in measured_quietly(listed):
+        if patch.note and (tell_empty or not isinstance(patch.features, NoObject)):
+            tell(patch.note)
+        yield patch
+
+
+def measured_quietly(listed: "list[ListedPatch]") -> "Iterator[MeasuredPatch]":
+    """Yield the patches with their features, with a bar on a terminal."""
     from rich.console import Console
     from rich.progress import track
 
-    from grounding.features.background import NoObject
     from grounding.symbols.measure import measure
 
-    console = Console(stderr=True, soft_wrap=True, highlight=False, markup=False)
-    bar = track(listed, "patches", console=console, disable=not console.is_terminal, transient=True)
-    for patch in measure(bar):
-        if patch.note and not (quiet_about_empty and isinstance(patch.features, NoObject)):
-            console.print(" ".join(patch.note.split()))
-        yield patch
+    console = Console(stderr=True)
+    off = not console.is_terminal
+    bar = track(listed, "patches", console=console, disable=off, transient=True)
+    yield from measure(bar)
+
+
+def tell(*notes: str) -> None:
+    """Print notes on one thing as one line of standard error."""
+    click.echo(" ".join("; ".join(note for note in notes if note).split()), err=True)
