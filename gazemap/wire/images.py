@@ -28,6 +28,9 @@ from gazemap.wire.generated import gazemap_streams_pb2 as pb
 _FISHEYE: Final = "kannala_brandt"
 _PLUMB_BOB: Final = "plumb_bob"
 _RATIONAL: Final = "rational_polynomial"
+# Foxglove's names of video codecs, and FFmpeg's.
+_CODECS: Final = {"h264": "h264", "h265": "hevc", "vp9": "vp9", "av1": "av1"}
+_FOXGLOVE_CODECS: Final = {ffmpeg: foxglove for foxglove, ffmpeg in _CODECS.items()}
 _MAX_DEPTH_MM: Final = 65_535
 
 
@@ -142,6 +145,13 @@ def decode_coded_image(payload: bytes, *, stream: str) -> CodedImage:
     """Read an image without decompressing it."""
     message, extra = CompressedImage(), pb.ImageExtra()
     parse_foxglove(message, extra, payload, stream=stream)
+    # A CompressedVideo has its codec where an image has its frame.
+    if message.frame_id in _CODECS:
+        raise InputError(
+            f"a packet of {message.frame_id} video, an image expected",
+            where=stream,
+            todo="publish single images, JPEG or PNG",
+        )
     known = message.format in (ImageFormat.JPEG.value, ImageFormat.PNG.value)
     return CodedImage(
         index=extra.index,
@@ -187,7 +197,7 @@ def encode_packet(packet: VideoPacket, *, frame_id: str) -> bytes:
         timestamp=timestamp(packet.t_ns),
         frame_id=frame_id,
         data=packet.data,
-        format=packet.codec,
+        format=_FOXGLOVE_CODECS.get(packet.codec, packet.codec),
     )
     extra = pb.ImageExtra(version=SCHEMA_VERSION, index=packet.index)
     return message.SerializeToString() + extra.SerializeToString()
@@ -200,7 +210,7 @@ def decode_packet(payload: bytes, *, stream: str) -> VideoPacket:
     return VideoPacket(
         index=extra.index,
         t_ns=time_ns(message.timestamp),
-        codec=message.format,
+        codec=_CODECS.get(message.format, message.format),
         data=message.data,
     )
 

@@ -2,10 +2,13 @@
 
 import cv2
 import numpy as np
+import pytest
 from foxglove_schemas_protobuf.CameraCalibration_pb2 import CameraCalibration
 from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
+from foxglove_schemas_protobuf.CompressedVideo_pb2 import CompressedVideo
 from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
 
+from gazemap.errors import InputError
 from gazemap.geometry.camera import Camera
 from gazemap.geometry.pose import Pose
 from gazemap.types.tracking import Scale, Tracked
@@ -41,3 +44,17 @@ def test_a_plain_foxglove_image_is_read():
     frame = images.decode_image(message.SerializeToString(), stream="head/image")
     np.testing.assert_array_equal(frame.image, pixels)
     assert frame.t_ns == 9
+
+
+def test_a_packet_has_foxgloves_name_of_its_codec():
+    packet = images.VideoPacket(index=1, t_ns=2, codec="hevc", data=b"x")
+    payload = images.encode_packet(packet, frame_id="head")
+    assert CompressedVideo.FromString(payload).format == "h265"
+    assert images.decode_packet(payload, stream="head/image") == packet
+
+
+def test_a_video_packet_where_an_image_is_expected_is_named():
+    packet = images.VideoPacket(index=1, t_ns=2, codec="h264", data=b"x")
+    payload = images.encode_packet(packet, frame_id="head")
+    with pytest.raises(InputError, match="a packet of h264 video, an image expected"):
+        images.decode_image(payload, stream="head/image")
