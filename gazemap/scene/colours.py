@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from gazemap.geometry.arrays import BoolArray, FloatArray, IntArray
+from gazemap.geometry.arrays import BoolArray, FloatArray, ImageArray, IntArray
 from gazemap.scene.crops import Crop
 from gazemap.scene.silhouette import mask_inside
 
@@ -13,6 +13,10 @@ _BINS = 16
 _LOG_ODDS_LIMIT = 3.0
 # Share of the probability that is spread over all colours, for those never seen.
 _UNSEEN = 1e-2
+# Things cast shadows beside them: what is around has darker versions of its colours as well.
+_SHADES = (0.35, 0.45, 0.55, 0.65, 0.75, 0.85)
+_SHADE_STRIDE = 3
+_SHADE_SHARE = 0.3
 # Neighbouring bins share what falls near their border: a Gaussian of 0.7 bins.
 _BLUR = np.exp(-0.5 * (np.subtract.outer(np.arange(_BINS), np.arange(_BINS)) / 0.7) ** 2)
 _BLUR /= _BLUR.sum(axis=1, keepdims=True)
@@ -28,17 +32,6 @@ class ColourModel:
 
     log_density: dict[bool, FloatArray]
 
-    def overlap(self, other: "ColourModel") -> float:
-        """Return the Bhattacharyya coefficient, 0 to 1, averaged over the cameras both know."""
-        shared = sorted(self.log_density.keys() & other.log_density.keys())
-        if not shared:
-            return 0.0
-        return float(
-            np.mean(
-                [np.exp(0.5 * (self.log_density[k] + other.log_density[k])).sum() for k in shared]
-            )
-        )
-
 
 class ColourDivision:
     """Cut-outs of one thing, each pixel sorted into a bin of colours."""
@@ -48,7 +41,8 @@ class ColourDivision:
         self.crops = crops
         self.size_px = crops[0].image.shape[0]
         self.projections = np.stack([c.projection for c in crops])
-        self._bins = np.stack([_colour_bins(c) for c in crops])
+        self._bins = np.stack([_colour_bins(c.image) for c in crops])
+        self._shaded = np.stack([_shaded_bins(c.image) for c in crops])
         self._valid = np.stack([c.valid for c in crops])
         kinds = np.array([c.is_overhead for c in crops])
         self._views = {bool(k): np.flatnonzero(kinds == k) for k in np.unique(kinds)}
@@ -73,7 +67,8 @@ class ColourDivision:
             inside, outside = masks[views] & valid, ~masks[views] & valid
             known = inside_model.log_density.get(kind) if inside_model else None
             log_in = _log_density(bins[inside]) if known is None else known
-            log_out = _log_density(bins[outside])
+            shaded = self._shaded[views][outside[:, ::_SHADE_STRIDE, ::_SHADE_STRIDE]]
+            log_out = _log_density(bins[outside], shaded)
             ratio = np.clip(log_in - log_out, -_LOG_ODDS_LIMIT, _LOG_ODDS_LIMIT)
             odds[views] = np.where(valid, ratio[bins], 0.0)
             total += float(log_in[bins[inside]].sum() + log_out[bins[outside]].sum())
@@ -87,9 +82,9 @@ class ColourDivision:
             total += float(_log_density(bins)[bins].sum())
         return total
 
-    def clarity(self, shape: FloatArray) -> float:
+    def clarity(self, shape: FloatArray, inside_model: ColourModel | None = None) -> float:
         """Return the mean log-odds inside the silhouette, in the view where it is least."""
-        odds, _ = self.log_odds(shape)
+        odds, _ = self.log_odds(shape, inside_model)
         inside = self.masks(shape) & self._valid
         means = [float(o[m].mean()) for o, m in zip(odds, inside, strict=True) if m.any()]
         return min(means, default=0.0)
@@ -105,16 +100,27 @@ class ColourDivision:
         )
 
 
-def _colour_bins(crop: Crop) -> IntArray:
-    lab = cv2.cvtColor(crop.image, cv2.COLOR_BGR2LAB).astype(np.int64)
+def _shaded_bins(image: ImageArray) -> IntArray:
+    """Return the bins (n', n', S) that every few pixels would have in shadows."""
+    few = image[::_SHADE_STRIDE, ::_SHADE_STRIDE]
+    return np.stack([_colour_bins((few * s).astype(np.uint8)) for s in _SHADES], axis=-1)
+
+
+def _colour_bins(image: ImageArray) -> IntArray:
+    lab = cv2.cvtColor(image, cv2.COLOR_BGR2LAB).astype(np.int64)
     level = lab[..., 0] * _BINS // 256
     # The two chroma axes use a part of their range only: twice as fine, and cut at the ends.
     a, b = (np.clip((lab[..., k] - 64) * _BINS // 128, 0, _BINS - 1) for k in (1, 2))
     return np.asarray((level * _BINS + a) * _BINS + b)
 
 
-def _log_density(bins: IntArray) -> FloatArray:
-    counts = np.bincount(bins, minlength=_BINS**3).astype(np.float64).reshape((_BINS,) * 3)
+def _log_density(bins: IntArray, shaded: IntArray | None = None) -> FloatArray:
+    """Return log-densities (bins,) of colours, and of their shaded versions as rarer ones."""
+    counts = np.bincount(bins, minlength=_BINS**3).astype(np.float64)
+    if shaded is not None and shaded.size:
+        weight = _SHADE_SHARE * len(bins) / shaded.size
+        counts += weight * np.bincount(shaded.ravel(), minlength=_BINS**3)
+    counts = counts.reshape((_BINS,) * 3)
     for axis in range(3):
         counts = np.moveaxis(np.tensordot(_BLUR, counts, axes=(1, axis)), 0, axis)
     smooth = counts + _UNSEEN * max(len(bins), 1) / _BINS**3

@@ -18,7 +18,7 @@ from gazemap.types.scene import ObjectState, SceneObject
 from gazemap.types.session import TagLayout
 
 _DEFAULT_OUTLINE = np.array([[-0.6, -0.4], [0.6, 0.4]])
-_MIN_LIKENESS = 0.4
+_CARRY_SLACK_NS = 500_000_000  # the moments of leaving and coming are known only so well
 
 
 class LiveObjects:
@@ -99,43 +99,41 @@ class LiveObjects:
         """Whether a site is a tag of the layout and nothing more."""
         plan = self._table.rectangle(site.region.pixels)
         distances = np.linalg.norm(self._marks_xy - plan.centre_xy, axis=1)
-        is_there = bool((distances < self._mark_side_m / 4).any())
-        return is_there and bool((plan.sides_m < 1.5 * self._mark_side_m).all())
+        is_there = bool((distances < self._mark_side_m / 2).any())
+        return is_there and bool((plan.sides_m < 2 * self._mark_side_m).all())
 
     def _settle(self, resting: Resting) -> list[SceneObject]:
-        below = [
-            self._resting[s.site_id] for s in resting.site.covers if s.site_id in self._resting
-        ]
-        bases = [r.fit.box.top_m for r in below if r.object_id and r.fit is not None]
-        away = self._away(resting.site.first_ns)
+        """Say whose place it is: of a thing that was carried there, or of a new one."""
         known = self._objects.get(resting.object_id)
-        if bases and (away or known):
-            candidates = [known] if known else away
-            object_id = resting.place([self._known(c) for c in candidates], [0.0, *bases])
-        elif resting.measure():
-            object_id = resting.object_id or self._identify(resting, away)
-        else:
-            object_id = ""
+        candidates = [known] if known and len(known.track) > 1 else self._away(resting)
+        below = [self._resting.get(s.site_id) for s in resting.site.covers]
+        bases = [r.fit.box.top_m for r in below if r and r.object_id and r.fit]
+        object_id = resting.place([self._known(c) for c in candidates], [0.0, *bases])
+        if not object_id and resting.measure():
+            if self._is_there_already(resting):
+                resting.dismiss()
+                return []
+            object_id = resting.object_id or f"object-{len(self._objects) + 1}"
         if not object_id:
             return []
         resting.object_id = object_id
         return [self._record(resting)]
 
-    def _away(self, t_ns: int) -> list[SceneObject]:
-        """Return the things that had been carried away by then."""
+    def _is_there_already(self, resting: Resting) -> bool:
+        """Whether a place is that of a thing that stands there under another outline."""
+        others = [r for r in self._resting.values() if r is not resting and r.object_id]
+        return any(resting.overlaps(r) for r in others if r.site.left_ns is None)
+
+    def _away(self, resting: Resting) -> list[SceneObject]:
+        """Return the things that had been carried away when something came to a place."""
+        until_ns = resting.site.first_ns + _CARRY_SLACK_NS
         things = [(thing, thing.track[-1].left_ns) for thing in self._objects.values()]
-        return [thing for thing, left_ns in things if left_ns is not None and left_ns <= t_ns]
+        return [thing for thing, left_ns in things if left_ns is not None and left_ns <= until_ns]
 
     def _known(self, thing: SceneObject) -> Known:
         return Known(
             object_id=thing.object_id, size_m=thing.size_m, colours=self._colours[thing.object_id]
         )
-
-    def _identify(self, resting: Resting, away: list[SceneObject]) -> str:
-        """Return which of the things that were carried away this is, or a new name."""
-        scored = [(resting.likeness(self._known(thing)), thing.object_id) for thing in away]
-        likeness, object_id = max(scored, default=(0.0, ""))
-        return object_id if likeness > _MIN_LIKENESS else f"object-{len(self._objects) + 1}"
 
     def _record(self, resting: Resting) -> SceneObject:
         site, fit = resting.site, resting.fit

@@ -158,7 +158,7 @@ class Resting:
             )
             if best is None or fit.log_likelihood > best[1].log_likelihood:
                 best = (known, fit)
-        if best is None:
+        if best is None or not self._is_known(division, *best):
             return ""
         self.fit, self.colours = best[1], best[0].colours
         return best[0].object_id
@@ -175,13 +175,21 @@ class Resting:
             for yaw in _PLACE_YAWS
         ]
 
-    def likeness(self, known: Known) -> float:
-        """Return how much what was measured here is like a known thing, from 0 to 1."""
-        if self.fit is None or self.colours is None:
-            return 0.0
-        a, b = np.sort(self.fit.box.size_m), np.sort(known.size_m)
-        same_size = float(np.exp(-0.5 * np.abs(np.log(a / b)).sum()))
-        return same_size * self.colours.overlap(known.colours)
+    def _is_known(self, division: ColourDivision, known: Known, fit: BoxFit) -> bool:
+        """Whether the views show the known thing's colours where its box was placed."""
+        is_clear = division.clarity(fit.box.shape, known.colours) >= self._config.min_clarity
+        return is_clear and self._is_here(division, fit.box)
+
+    def overlaps(self, other: "Resting") -> bool:
+        """Whether two fitted boxes share their middle."""
+        if self.fit is None or other.fit is None:
+            return False
+        apart = np.linalg.norm(self.fit.box.centre - other.fit.box.centre)
+        return bool(apart < 0.5 * min(self.fit.box.size_m.min(), other.fit.box.size_m.min()))
+
+    def dismiss(self) -> None:
+        """Take the place for nothing of its own."""
+        self.fit, self.is_flat = None, True
 
     def mean_bgr(self) -> FloatArray:
         """Return the thing's mean colour (3,)."""
