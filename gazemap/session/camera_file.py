@@ -35,6 +35,10 @@ def read_camera(path: Path, *, size: ImageSize) -> Camera:
     Raises:
         InputError: if the file is missing, wrong, or was made for images of another size.
     """
+    if not path.is_file():
+        raise InputError(
+            "the camera file is missing", where=path, todo="add it, or name one with --camera"
+        )
     document = read_json(path)
     matrix = numbers(document, "camera_matrix", path=path)
     if matrix.size != 9:

@@ -230,7 +230,7 @@ def test_another_camera_file_can_be_given(writer, tmp_path):
     other = tmp_path / "other.json"
     other.write_text((writer.path / "scene_camera.json").read_text().replace("151.0", "149.0"))
     (writer.path / "scene_camera.json").unlink()
-    assert "scene_camera.json: the file is missing" in refused(writer.path)
+    assert "scene_camera.json: the camera file is missing" in refused(writer.path)
     assert open_session(writer.path, camera=other).scene_camera.K[1, 1] == 149
 
 
