@@ -2,7 +2,7 @@
 
 The proportions of the 2 A + 1 segments (background, action, ..., background) of the session's time
 are drawn from a Dirichlet distribution; its parameters are the expected durations times a strength.
-A sample's weight is the likelihood of the looks under its partition, hypotheses summed out, eq. 21.
+A sample's weight is the likelihood of the looks under its partition, hypotheses summed out, eq. 24.
 """
 
 from dataclasses import dataclass
@@ -135,7 +135,7 @@ def _episode_end(tb: Tables, first: int) -> int:
 
 @njit(cache=True)
 def partition_logs(tb: Tables, bounds: IntArray) -> FloatArray:
-    """Return (K,): log likelihood of the looks under each partition, eq. 21."""
+    """Return (K,): log likelihood of the looks under each partition, eq. 24."""
     logs = np.zeros(len(bounds))
     for k in range(len(bounds)):
         first = 0

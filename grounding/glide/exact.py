@@ -1,4 +1,4 @@
-"""Exact inference: forward-backward and Viterbi over all partitions, eq. 10 to 14."""
+"""Exact inference: forward-backward and Viterbi over all partitions, eq. 13 to 17."""
 
 from dataclasses import dataclass
 
@@ -82,7 +82,7 @@ class _Looks:
 
 
 def read_looks(session: Session, model: Model, occupancy: Occupancy) -> Beliefs:
-    """Say for each look what it was at: the parts of eq. 2 under the partition, eq. 13."""
+    """Say for each look what it was at: the parts of eq. 2 under the partition, eq. 17."""
     acts, count, places = len(session.acts), session.sights.count, session.rests.count
     marks = occupancy.marks
     looks = _Looks(

@@ -75,7 +75,7 @@ def log_sum(values: FloatArray) -> float:
 
 @njit(cache=True)
 def segments(tb: Tables, a: Index, h: Index, s: Index, out: FloatArray) -> int:
-    """Fill out[d] with the log factor of the segment of d looks from s, eq. 6.
+    """Fill out[d] with the log factor of the segment of d looks from s, eq. 11.
 
     Returns:
         The longest d; 0 where action a with h cannot begin there.
@@ -124,7 +124,7 @@ def entering(tb: Tables, done: FloatArray, a: int) -> FloatArray:
 
 @njit(cache=True)
 def _background(tb: Tables, ended: FloatArray, a: int) -> FloatArray:
-    """Carry "action a - 1 ended before look t" through the background after it, eq. 7."""
+    """Carry "action a - 1 ended before look t" through the background after it, eq. 13."""
     done = np.empty_like(ended)
     run = NEVER
     for t in range(ended.shape[0]):
@@ -162,7 +162,7 @@ def _ended(tb: Tables, before: FloatArray, a: int, h: Index) -> FloatArray:
 
 @njit(cache=True)
 def forward(tb: Tables) -> FloatArray:
-    """Return (A + 1, H, T + 1): log of the looks before t, actions before a done, eq. 8."""
+    """Return (A + 1, H, T + 1): log of the looks before t, actions before a done, eq. 13."""
     acts, things, count = tb.log_theta.shape[0], tb.log_theta.shape[1], tb.duration.shape[1]
     done = np.full((acts + 1, things, count + 1), NEVER)
     begin = np.full(count + 1, NEVER)
@@ -202,7 +202,7 @@ def _opens(tb: Tables, future: FloatArray, a: int, h: Index) -> FloatArray:
 
 @njit(cache=True)
 def backward(tb: Tables) -> FloatArray:
-    """Return (A + 1, H, T + 1): log of all looks from t on, actions before a ended there, eq. 9."""
+    """Return (A + 1, H, T + 1): log of all looks from t on, actions before a ended, eq. 14."""
     acts, things, count = tb.log_theta.shape[0], tb.log_theta.shape[1], tb.duration.shape[1]
     future = np.full((acts + 1, things, count + 1), NEVER)
     last = np.full(count + 1, NEVER)
@@ -224,7 +224,7 @@ def backward(tb: Tables) -> FloatArray:
 
 
 class Marks(NamedTuple):
-    """The posterior of the partition, eq. 10.
+    """The posterior of the partition, eq. 15.
 
     Attributes:
         inside: (A, H, 3, T + 1) that look t lies in that third of a's segment with h; the last
@@ -294,7 +294,7 @@ def cumulate(marks: Marks) -> None:
 
 @njit(cache=True)
 def posterior(tb: Tables, done: FloatArray, future: FloatArray, marks: Marks) -> float:
-    """Fill the marks from the two passes and return the log evidence, eq. 10."""
+    """Fill the marks from the two passes and return the log evidence, eq. 15."""
     acts, count = tb.log_theta.shape[0], tb.duration.shape[1]
     log_z = log_sum(done[acts, :, count])
     terms = np.empty(tb.duration.shape[2])
@@ -342,7 +342,7 @@ def _best_background(tb: Tables, ended: FloatArray, a: int) -> tuple[FloatArray,
 
 @njit(cache=True)
 def viterbi(tb: Tables) -> tuple[IntArray, IntArray, IntArray]:
-    """Return the single best explanation: first look, end and hypothesis of each action, eq. 11.
+    """Return the single best explanation: first look, end and hypothesis of each action, eq. 16.
 
     A skipped action has first look and end alike.
     """

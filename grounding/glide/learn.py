@@ -1,4 +1,4 @@
-"""Learning the session's parameters: expectation-maximisation with priors, eq. 15 to 20."""
+"""Learning the session's parameters: expectation-maximisation with priors, eq. 18 to 23."""
 
 import dataclasses
 
@@ -46,7 +46,7 @@ def update(
 
 
 def _meanings(session: Session, beliefs: Beliefs, model: Model) -> FloatArray:
-    """Count how often each phrase meant each instance, eq. 15."""
+    """Count how often each phrase meant each instance, eq. 18."""
     things = max(session.things_count, 1)
     counts = np.zeros((len(session.names.phrases), things))
     thing = session.rests.thing
@@ -84,7 +84,7 @@ def _end_s(session: Session, beliefs: Beliefs) -> FloatArray:
 def _narration(
     session: Session, parameters: Parameters, beliefs: Beliefs, config: GlideConfig
 ) -> tuple[float, float]:
-    """Return shift and spread of speech against action, outliers left out softly, eq. 16."""
+    """Return shift and spread of speech against action, outliers left out softly, eq. 19."""
     begin, weight, said = _start_s(session, beliefs), [], []
     seen: set[int] = set()
     for a, act in enumerate(session.acts):
@@ -110,7 +110,7 @@ def _narration(
 
 
 def _action_s(session: Session, parameters: Parameters, beliefs: Beliefs) -> FloatArray:
-    """Return the median durations, eq. 17."""
+    """Return the median durations, eq. 20."""
     lasts = np.log(np.maximum(_end_s(session, beliefs) - _start_s(session, beliefs), 0.1))
     kinds = np.array([act.kind for act in session.acts])
     weight = np.where(np.isfinite(lasts), 1 - beliefs.skipped, 0.0)
@@ -125,7 +125,7 @@ def _action_s(session: Session, parameters: Parameters, beliefs: Beliefs) -> Flo
 
 
 def _gaps(session: Session, beliefs: Beliefs, config: GlideConfig) -> FloatArray:
-    """Return the expected background looks of each sort of gap, eq. 17."""
+    """Return the expected background looks of each sort of gap, eq. 20."""
     count = session.sights.count
     steps = np.arange(count + 1, dtype=np.float64)
     begin, end = _expected_s(beliefs.begins, steps), _expected_s(beliefs.ends, steps)
@@ -145,7 +145,7 @@ def _gaps(session: Session, beliefs: Beliefs, config: GlideConfig) -> FloatArray
 def _gaze(
     session: Session, parameters: Parameters, beliefs: Beliefs, config: GlideConfig
 ) -> tuple[FloatArray, float]:
-    """Return the gaze offset that is left, and the factor on the measurement's spread, eq. 18."""
+    """Return the gaze offset that is left, and the factor on the measurement's spread, eq. 21."""
     sights, rests = session.sights, session.rests
     if not rests.count:
         return np.zeros(2), 1.0
@@ -168,7 +168,7 @@ def _gaze(
 def _popular_share(
     parameters: Parameters, beliefs: Beliefs, model: Model, config: GlideConfig
 ) -> float:
-    """Return the share of idle looks that rest on things, eq. 20."""
+    """Return the share of idle looks that rest on things, eq. 22."""
     idle = 1.0 - np.minimum(beliefs.member.sum(axis=0), 1.0)
     share = parameters.popular_share
     on_things = share * model.popular / (share * model.popular + 1.0 - share)
@@ -177,7 +177,7 @@ def _popular_share(
 
 
 def _motion_shift(session: Session, beliefs: Beliefs, config: GlideConfig) -> FloatArray:
-    """Return how long after the event that vision saw an action ends, eq. 19."""
+    """Return how long after the event that vision saw an action ends, eq. 23."""
     end, rests = _end_s(session, beliefs), session.rests
     total, number = np.zeros(3), np.zeros(3)
     for a, act in enumerate(session.acts):

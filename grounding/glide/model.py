@@ -134,7 +134,7 @@ class Names:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Parameters:
-    """What is learnt from the session; eq. 12 to 17.
+    """What is learnt from the session, eq. 18 to 23.
 
     Attributes:
         theta: (N, O) how likely each phrase means each instance.

@@ -14,7 +14,7 @@ _OPEN_END_SKIP = -0.7
 
 
 def log_theta(session: Session, parameters: Parameters, config: GlideConfig) -> FloatArray:
-    """Return (A, H): the prior of what a phrase means, eq. 12."""
+    """Return (A, H): the prior of what a phrase means, eq. 10."""
     rests = session.rests
     logs = np.full((len(session.acts), rests.count + 1), NEVER)
     unseen = config.unseen_prior if rests.count else 1.0
@@ -135,7 +135,7 @@ def skips(session: Session, config: GlideConfig, *, open_end: bool) -> FloatArra
 def _near(
     times_s: FloatArray, shape: tuple[float, float], *, missed: float, session: Session
 ) -> FloatArray:
-    """Return the log of a normal (mean, sigma) on a flat floor, over the flat density, eq. 8."""
+    """Return the log of a normal (mean, sigma) on a flat floor, over the flat density, eq. 7."""
     z = (times_s - shape[0]) / shape[1]
     density = np.exp(-0.5 * z * z) / (shape[1] * np.sqrt(2 * np.pi))
     return np.asarray(np.log((1 - missed) * density * session.span_s + missed))

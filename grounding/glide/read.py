@@ -106,7 +106,7 @@ def read_labels(
     spoken: Sequence[SpokenInstruction],
     fixations: Sequence[FixationObservation],
 ) -> tuple[LookBelief, ...]:
-    """Label each look by the instruction it most likely serves, or by none, eq. 14."""
+    """Label each look by the instruction it most likely serves, or by none, eq. 17."""
     member = np.zeros((len(spoken), len(fixations)))
     for a, act in enumerate(session.acts):
         member[act.instruction] += beliefs.member[a]

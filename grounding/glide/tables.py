@@ -49,7 +49,7 @@ class Model:
 def build(
     session: Session, parameters: Parameters, config: GlideConfig, *, open_end: bool = False
 ) -> Model:
-    """Compute every factor of the model, eq. 1 to 9.
+    """Compute every factor of the model, eq. 1 to 11.
 
     Args:
         session: what was observed.
