@@ -4,10 +4,10 @@ import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from grounding.glide.align import align
 from grounding.glide.config import GlideConfig
 from grounding.glide.model import Demonstration
 from grounding.glide.read import LookBelief
+from grounding.glide.windows import align_session
 from grounding.language.config import LanguageConfig
 from grounding.patches.cut import PatchConfig, cut_patches
 from grounding.patches.patch import Patch
@@ -76,7 +76,7 @@ def ground_session(  # noqa: PLR0913  all that a session is, by name
         The plan, the labels of the fixations, the patches and what the words mean.
     """
     config = config or GroundingConfig()
-    alignment = align(demonstration, config.glide, open_end=open_end)
+    alignment = align_session(demonstration, config.glide, open_end=open_end)
     instructions = ground_instructions(
         demonstration.spoken,
         alignment,

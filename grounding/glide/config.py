@@ -41,6 +41,7 @@ class GlideConfig:
         inference: exact, or by sampling as in the paper.
         samples: partitions drawn by the Dirichlet inference.
         dirichlet_strength: its parameters are the expected seconds of the segments times this.
+        window: most instructions that are aligned at once.
         scene_unit_m: one metre in the units of the world frame; not 1 where the scale is arbitrary.
     """
 
@@ -69,4 +70,5 @@ class GlideConfig:
     inference: Inference = Inference.EXACT
     samples: int = 10_000
     dirichlet_strength: float = 4.0
+    window: int = 40
     scene_unit_m: float = 1.0
