@@ -20,7 +20,7 @@ from grounding.glide.read import InstructionBelief, LookBelief
 from grounding.types import FixationObservation, ObjectInstance
 
 _MOTION_SLACK_S = 20.0  # movements this long before and after a window's looks still count
-_SPARE_S = 3.0  # looks this long after the next window's first words, or the last movement
+_SPARE_S = 1.0  # looks this long after the next window's first words, or the last movement
 _SPARE = 1.1  # with neither: looks taken beyond a window's fair share
 
 V = TypeVar("V")
