@@ -21,6 +21,7 @@ _PERMUTATIONS: Final = 200
 _MAX_SEGMENTS: Final = 300
 _SATURATION: Final = 3.0  # resolutions, root mean square over a family
 _SIGNIFICANT: Final = 2.5  # standard deviations of the permuted statistic
+_LIKELY: Final = 1.2
 _SHARE_OF_BEST: Final = 0.3  # a weaker family is a side effect, unless no group describes it better
 _LIKE: Final = 0.4  # cosine of profiles
 _SAID_TOGETHER: Final = 0.1  # of the rarer word's segments
@@ -133,6 +134,9 @@ def _told(
 ) -> tuple[Family, ...]:
     """Return the families that words describe.
 
+    Size and shape come from the same outline: words that surely describe the one describe the
+    other on weaker evidence, where no other words describe it better. A cube is no ball.
+
     Args:
         profile: (F,) how surely the words describe each family.
         best: (F,) how surely the surest group does.
@@ -140,6 +144,9 @@ def _told(
     """
     main = (profile >= _SHARE_OF_BEST * profile.max(initial=0)) | (profile >= best)
     told = main & (profile >= _SIGNIFICANT)
+    outline = np.array([family in {Family.SIZE, Family.SHAPE} for family in families], bool)
+    if (told & outline).any():
+        told |= outline & (profile >= best) & (profile >= _LIKELY)
     return tuple(family for family, yes in zip(families, told, strict=True) if yes)
 
 
