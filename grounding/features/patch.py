@@ -27,6 +27,7 @@ class MaskedPatch:
         mm_per_px: the metric scale in the object's plane, or None.
         height_mm: the object's height where the scene gives it, or None.
         white_bgr: how a white surface looks under this light, or None to trust the camera.
+        embedding: (E,) of a network that the user supplied, or None.
     """
 
     image_bgr: ImageArray
@@ -34,6 +35,7 @@ class MaskedPatch:
     mm_per_px: float | None = None
     height_mm: float | None = None
     white_bgr: tuple[float, float, float] | None = None
+    embedding: FloatArray | None = None
 
     @cached_property
     def paint_bgr(self) -> FloatArray:

@@ -18,6 +18,7 @@ import numpy as np
 from grounding.errors import ConfigError
 from grounding.features import colour, shape, size
 from grounding.features.background import Mask, NoObject, segment_object
+from grounding.features.embedding import EMBEDDING_SIZE, Embedding
 from grounding.features.patch import ZERNIKE_ORDERS, MaskedPatch
 from grounding.types import FloatArray, ImageArray
 
@@ -146,9 +147,27 @@ def _shape_features() -> list[Feature]:
     ]
 
 
+def _embedding_features() -> list[Feature]:
+    def entry(number: int) -> Feature:
+        return Feature(
+            name=f"embedding {number + 1}",
+            unit="1",
+            family=Family.EMBEDDING,
+            measure=lambda patch: np.nan if patch.embedding is None else patch.embedding[number],
+            resolution=0.05,
+        )
+
+    return [entry(number) for number in range(EMBEDDING_SIZE)]
+
+
 FEATURES: Final[dict[str, Feature]] = {
     feature.name: feature
-    for feature in [*_colour_features(), *_size_features(), *_shape_features()]
+    for feature in [
+        *_colour_features(),
+        *_size_features(),
+        *_shape_features(),
+        *_embedding_features(),
+    ]
 }
 PAPER_FEATURES: Final = ("red", "green", "blue", "pixel area")
 
@@ -172,6 +191,7 @@ def extract_features(
     mm_per_px: float | None = None,
     height_mm: float | None = None,
     white_bgr: tuple[float, float, float] | None = None,
+    embedding: Embedding | None = None,
 ) -> PatchFeatures | NoObject:
     """Measure every feature of the object in the middle of a patch.
 
@@ -181,6 +201,7 @@ def extract_features(
         mm_per_px: metric scale in the object's plane; without it sizes in mm are NaN.
         height_mm: the object's height where the scene gives it.
         white_bgr: how a white surface looks under this light; None trusts the camera's balance.
+        embedding: a network of the user's; without it its features are NaN.
 
     Returns:
         The features, or NoObject with the reason.
@@ -200,6 +221,7 @@ def extract_features(
         mm_per_px=mm_per_px / shrink if mm_per_px else None,
         height_mm=height_mm,
         white_bgr=white_bgr,
+        embedding=None if embedding is None else embedding(image_bgr, found),
     )
     return PatchFeatures(
         names=tuple(FEATURES),

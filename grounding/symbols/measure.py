@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from grounding.errors import InputError
 from grounding.features.background import NoObject
+from grounding.features.embedding import Embedding
 from grounding.features.image import read_patch
 from grounding.features.registry import PatchFeatures, extract_features
 from grounding.symbols.listing import ListedPatch
@@ -26,7 +27,9 @@ class MeasuredPatch:
     note: str = ""
 
 
-def measure(listed: Iterable[ListedPatch]) -> Iterator[MeasuredPatch]:
+def measure(
+    listed: Iterable[ListedPatch], *, embedding: Embedding | None = None
+) -> Iterator[MeasuredPatch]:
     """Yield each patch with its features; an image that cannot be read stops nothing."""
     for each in listed:
         try:
@@ -34,7 +37,9 @@ def measure(listed: Iterable[ListedPatch]) -> Iterator[MeasuredPatch]:
         except InputError as error:
             yield MeasuredPatch(listed=each, features=None, note=str(error))
             continue
-        features = extract_features(image.bgr, mask=image.mask, mm_per_px=each.mm_per_px)
+        features = extract_features(
+            image.bgr, mask=image.mask, mm_per_px=each.mm_per_px, embedding=embedding
+        )
         note = f"no object: {features.reason}" if isinstance(features, NoObject) else image.note
         yield MeasuredPatch(
             listed=each, features=features, note=f"{each.path}: {note}" if note else ""

@@ -35,7 +35,10 @@ def command() -> None:
     default=None,
     help="Share of known things that may be called unknown.  [default: 0.001]",
 )
-def fit(labels: Path, out: Path, mode: str, unknown_rate: float | None) -> None:
+@click.option("--embedding", type=_FILE, help="An ONNX image embedding to measure patches with.")
+def fit(
+    labels: Path, out: Path, mode: str, unknown_rate: float | None, embedding: Path | None
+) -> None:
     """Learn the words of LABELS (image,symbols[,segment][,mm_per_px][,weight])."""
     from grounding.errors import InputError
     from grounding.symbols.learn import fit_symbols
@@ -46,7 +49,7 @@ def fit(labels: Path, out: Path, mode: str, unknown_rate: float | None) -> None:
 
     robust = RobustConfig() if unknown_rate is None else RobustConfig(unknown_rate=unknown_rate)
     config = SymbolConfig(mode=Mode(mode), robust=robust)
-    patches = labelled(measured(read_labels(labels), tell_empty=False))
+    patches = labelled(measured(read_labels(labels), embedding=embedding, tell_empty=False))
     if not patches:
         raise InputError(
             "no patch could be read", where=labels, todo="check that its images are beside it"
@@ -62,11 +65,13 @@ def fit(labels: Path, out: Path, mode: str, unknown_rate: float | None) -> None:
 @click.option("--list", "listing", type=_FILE, help="A csv file with image[,mm_per_px].")
 @click.option("--mm-per-px", type=float, help="Metric scale of IMAGES.")
 @click.option("--out", type=_FILE, help="Where to write the rows; standard output without it.")
+@click.option("--embedding", type=_FILE, help="An ONNX image embedding to measure patches with.")
 def classify(
     model: Path,
     images: tuple[Path, ...],
     listing: Path | None,
     mm_per_px: float | None,
+    embedding: Path | None,
     out: Path | None,
 ) -> None:
     """Say, for each image and concept group, which word of MODEL it bears."""
@@ -76,13 +81,15 @@ def classify(
     listed += read_list(listing) if listing else []
     if not listed:
         raise click.UsageError("give images, or a list of them with --list")
-    rows, readable = _rows(model, listed)
+    rows, readable = _rows(model, listed, embedding)
     _write_rows(rows, out)
     if not readable:
         sys.exit(1)
 
 
-def _rows(model: Path, listed: "list[ListedPatch]") -> tuple[list[tuple[str, ...]], int]:
+def _rows(
+    model: Path, listed: "list[ListedPatch]", embedding: Path | None
+) -> tuple[list[tuple[str, ...]], int]:
     """Return the csv rows, and how many images could be read; ask about what is unknown."""
     from grounding.features.registry import PatchFeatures
     from grounding.symbols.classify import Classifier
@@ -93,7 +100,7 @@ def _rows(model: Path, listed: "list[ListedPatch]") -> tuple[list[tuple[str, ...
     classifier = Classifier(known)
     rows: list[tuple[str, ...]] = []
     readable = 0
-    for patch in measured_quietly(listed):
+    for patch in measured_quietly(listed, embedding=embedding):
         readable += patch.features is not None
         if not isinstance(patch.features, PatchFeatures):
             tell(patch.note)

@@ -1,6 +1,7 @@
 """What the commands under `gazemap symbols` print alike."""
 
 from collections.abc import Iterator
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
@@ -24,32 +25,39 @@ def print_groups(model: "SymbolModel") -> None:
         print(f"{person or 'everyone'} says: {names}")
 
 
-def measured(listed: "list[ListedPatch]", *, tell_empty: bool = True) -> "Iterator[MeasuredPatch]":
+def measured(
+    listed: "list[ListedPatch]", *, embedding: Path | None = None, tell_empty: bool = True
+) -> "Iterator[MeasuredPatch]":
     """Yield the patches with their features, with a bar and a line on each that is unusual.
 
     Args:
         listed: the patches.
+        embedding: an ONNX file of the user's, or None.
         tell_empty: whether a patch without an object gets a line.
     """
     from grounding.features.background import NoObject
 
-    for patch in measured_quietly(listed):
+    for patch in measured_quietly(listed, embedding=embedding):
         if patch.note and (tell_empty or not isinstance(patch.features, NoObject)):
             tell(patch.note)
         yield patch
 
 
-def measured_quietly(listed: "list[ListedPatch]") -> "Iterator[MeasuredPatch]":
+def measured_quietly(
+    listed: "list[ListedPatch]", *, embedding: Path | None = None
+) -> "Iterator[MeasuredPatch]":
     """Yield the patches with their features, with a bar on a terminal."""
     from rich.console import Console
     from rich.progress import track
 
+    from grounding.features.embedding import Embedding
     from grounding.symbols.measure import measure
 
     console = Console(stderr=True)
     off = not console.is_terminal
     bar = track(listed, "patches", console=console, disable=off, transient=True)
-    yield from measure(bar)
+    network = None if embedding is None else Embedding(embedding)
+    yield from measure(bar, embedding=network)
 
 
 def tell(*notes: str) -> None:

@@ -20,6 +20,7 @@ _FILE = click.Path(path_type=Path, dir_okay=False)
 @click.argument("images", nargs=-1, type=_FILE)
 @click.option("--list", "listing", type=_FILE, help="A csv file with image[,mm_per_px].")
 @click.option("--mm-per-px", type=float, help="Metric scale of the images.")
+@click.option("--embedding", type=_FILE, help="An ONNX image embedding to measure patches with.")
 @click.option("--group", help="What a new word describes; `new` for a name of one thing.")
 @click.option("--same-as", help="WORD is another name for this word.")
 @click.option("--person", default="", help="Whose own word it is; everyone's without it.")
@@ -57,18 +58,19 @@ def _changed(model: "SymbolModel", word: str, options: dict[str, object]) -> "Sy
         return forget(model, word)
     if options["same_as"]:
         return call(model, word, str(options["same_as"]), person=str(options["person"]))
-    return _learnt(model, word, _listed(options), str(options["group"] or "") or None)
+    return _learnt(model, word, options)
 
 
-def _learnt(
-    model: "SymbolModel", word: str, listed: "list[ListedPatch]", group: str | None
-) -> "SymbolModel":
+def _learnt(model: "SymbolModel", word: str, options: dict[str, object]) -> "SymbolModel":
     from grounding.errors import InputError
     from grounding.features.registry import PatchFeatures
     from grounding.symbols.lexicon import understand
     from grounding.symbols.teach import WhichGroup, teach
 
-    found = [patch.features for patch in measured(listed)]
+    network = options["embedding"]
+    patches = measured(_listed(options), embedding=network if isinstance(network, Path) else None)
+    found = [patch.features for patch in patches]
+    group = str(options["group"] or "") or None
     examples = [features for features in found if isinstance(features, PatchFeatures)]
     taught = teach(model, understand(model, word) or word, examples, group=group)
     if isinstance(taught, WhichGroup):
