@@ -71,8 +71,9 @@ def predicate_of(label: str) -> Predicate:
         if tag == _PLURAL_TAG and lemma not in known.nouns:
             lemma = unknown_noun(lemma)[0]
         return Predicate(lemma=lemma, part=part, sense="", unknown=True)
-    part = _PARTS.get(pos, Part.OTHER)
-    return Predicate(lemma=lemma, part=part, sense=match["sense"] or "", unknown=False)
+    part, sense = _PARTS.get(pos, Part.OTHER), match["sense"] or ""
+    unknown = sense == "unknown"
+    return Predicate(lemma=lemma, part=part, sense="" if unknown else sense, unknown=unknown)
 
 
 class Graph:

@@ -67,6 +67,11 @@ class Parser:
         self._backend = backend
         self._verbs = verbs or default_verbs()
 
+    @property
+    def verbs(self) -> VerbTable:
+        """The verbs that it knows."""
+        return self._verbs
+
     def parse(self, text: str) -> ParseResult:
         """Return what a text that stands alone says to do."""
         return self.parse_discourse([text])[0]

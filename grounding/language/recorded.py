@@ -10,7 +10,10 @@ from delphin.exceptions import PyDelphinException
 
 from grounding.errors import InputError
 
-_UNREADABLE: Final = (PyDelphinException, ValueError, TypeError, KeyError, AttributeError)
+# PyDelphin's lexer ends a cut text with a bare StopIteration.
+_UNREADABLE: Final = (
+    PyDelphinException, ValueError, TypeError, KeyError, AttributeError, StopIteration,
+)  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -114,7 +114,7 @@ def _pieces(sentence: str) -> Iterator[tuple[str, int, int, bool]]:
             first, second = _FUSED[text]
             yield first, start, end, capital
             yield second, start, end, False
-        elif clitic:
+        elif clitic and clitic.start() > 0:
             stem = text[: clitic.start()]
             yield _STEMS.get(stem, stem), start, start + len(stem), capital
             yield _FULL.get(clitic[0], clitic[0]), start + len(stem), end, False

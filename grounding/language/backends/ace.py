@@ -1,5 +1,6 @@
 """The ACE backend: the English Resource Grammar in a process beside ours."""
 
+import contextlib
 import os
 import shutil
 import subprocess
@@ -21,6 +22,7 @@ _READINGS: Final = 5
 _START_S: Final = 10.0
 # Beyond ACE's own limit: a parser that does not keep it is ended.
 _GRACE_S: Final = 2.0
+_DIED: Final = "ace died on this sentence and is started again for the next"
 _UNREADABLE: Final = (
     PyDelphinException, ValueError, IndexError, KeyError, TypeError, AttributeError, AssertionError,
 )  # fmt: skip
@@ -70,19 +72,13 @@ class Ace:
         limit.daemon = True
         limit.start()
         try:
-            response: Response = process.interact(text)
-            readings = [_eds(result.mrs()) for result in response.results()]
-        except (*_UNREADABLE, OSError) as error:
+            return _answer(process, text)
+        except (*_UNREADABLE, OSError, BackendError) as error:
             self.close()
-            raise BackendError(
-                self._why(late) or f"ace answered what cannot be read: {error}"
-            ) from (error)
+            what = _DIED if process.is_dead else f"ace answered what cannot be read: {error}"
+            raise BackendError(self._late if late.is_set() else what) from error
         finally:
             limit.cancel()
-        if process.deaths:
-            self.close()
-            raise BackendError(self._why(late) or "ace died on this sentence and is started again")
-        return readings
 
     def close(self) -> None:
         """End the process, if there is one."""
@@ -90,9 +86,9 @@ class Ace:
         if process is not None:
             process.end()
 
-    def _why(self, late: threading.Event) -> str:
-        """Return that time ran out, or "" if it did not."""
-        return f"ace took more than {self._config.timeout_s:g} s" if late.is_set() else ""
+    @property
+    def _late(self) -> str:
+        return f"ace took more than {self._config.timeout_s:g} s for this sentence"
 
     def _started(self) -> Any:  # noqa: ANN401 - the class is made when ACE is first wanted
         executable = str(self._installation.executable)
@@ -136,32 +132,51 @@ def _end(process: Any, late: threading.Event) -> None:  # noqa: ANN401 - see _pr
     process.end()
 
 
+def _answer(process: Any, text: str) -> list[EDS]:  # noqa: ANN401 - see _process_class
+    response: Response = process.interact(text)
+    if _is_silent(response):
+        process.is_dead = True
+        raise BackendError(_DIED)
+    return [_eds(result.mrs()) for result in response.results()]
+
+
+def _is_silent(response: Response) -> bool:
+    """Whether nothing at all was said: ACE notes something even about a sentence it rejects."""
+    return not (response.results() or response["NOTES"] or response["ERRORS"]) and (
+        "ninputs" not in response
+    )
+
+
 def _eds(mrs: Any) -> EDS:  # noqa: ANN401 - PyDelphin's types are not known to mypy
     return from_mrs(mrs, predicate_modifiers=True)
 
 
 def _process_class() -> type[Any]:
-    """Return PyDelphin's client, told to count deaths and to end its process.
+    """Return PyDelphin's client, told to stay dead and to end its process.
 
     It is imported here because importing it sets the locale of our process.
     """
-    from delphin.ace import ACEParser  # noqa: PLC0415
+    from delphin.ace import ACEParser, ACEProcessError  # noqa: PLC0415
 
     class Process(ACEParser):  # type: ignore[misc] # untyped
-        """ACE's process; PyDelphin opens it again whenever it finds it dead."""
+        """ACE's process; one that died is not opened again here, but by who asks next."""
 
-        deaths = -1
+        is_open = False
+        is_dead = False
 
         def _open(self) -> None:
-            self.deaths += 1
+            if self.is_open:
+                self.is_dead = True
+                raise ACEProcessError(_DIED)
             super()._open()
+            self.is_open = True
 
         def end(self) -> None:
             """Kill the process and release its pipes."""
             self._p.kill()
             self._p.wait()
             for pipe in (self._p.stdin, self._p.stdout):
-                if pipe is not None and not pipe.closed:
+                with contextlib.suppress(OSError):
                     pipe.close()
 
     return Process

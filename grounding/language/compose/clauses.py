@@ -157,7 +157,7 @@ class Clauses:
     def _label(self, phrase: VerbPhrase) -> str:
         verb, particle = phrase.verb, phrase.particle
         if not verb.known:
-            return f"_{verb.lemma}/vb_u_unknown"
+            return f"_{verb.lemma}_v_unknown"
         if particle is not None:
             both, closed = f"{verb.lemma} {particle.lemma}", self._words.closed
             if both in closed["particle_sense"] or (

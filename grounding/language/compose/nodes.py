@@ -51,8 +51,8 @@ class Nodes:
         return str(self._nodes[node_id].predicate) == "pron"
 
     def finished(self, *, top: str) -> EDS:
-        """Return the EDS with the nodes in the order of their spans."""
-        ordered = sorted(self._nodes.values(), key=lambda node: (node.cfrom, node.cto))
+        """Return the EDS with the nodes in the order that PyDelphin gives them, by their spans."""
+        ordered = sorted(self._nodes.values(), key=lambda node: (node.cfrom, -node.cto))
         return EDS(top=top, nodes=ordered)
 
     def _add(

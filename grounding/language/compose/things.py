@@ -149,13 +149,14 @@ class Things:
         return x
 
     def _noun_label(self, word: Word) -> str:
+        """Return a noun's predicate; PyDelphin's PENMAN codec cannot read the ERG's "/nn_u_"."""
         if not word.known:
-            return f"_{word.lemma}/nn_u_unknown"
+            return f"_{word.lemma}_n_unknown"
         return f"_{word.lemma}_n_{self._words.senses.get(('noun', word.lemma), '1')}"
 
     def _adjective_label(self, word: Word) -> str:
         if not word.known:
-            return f"_{word.lemma}/jj_u_unknown"
+            return f"_{word.lemma}_a_unknown"
         return f"_{word.lemma}_a_{self._words.senses.get(('adjective', word.lemma), '1')}"
 
     def _quantifier(self, noun: NounPhrase, *, of: str) -> None:
@@ -275,7 +276,7 @@ class Things:
             edges["ARG3" if "ARG2" in edges else "ARG2"] = self.nominal(clause.object)
         verb = clause.verb
         sense = self._words.senses.get(("verb", verb.lemma), "1")
-        label = f"_{verb.lemma}_v_{sense}" if verb.known else f"_{verb.lemma}/vb_u_unknown"
+        label = f"_{verb.lemma}_v_{sense}" if verb.known else f"_{verb.lemma}_v_unknown"
         event = self._nodes.event(label, at=verb.span, edges=edges)
         if clause.particle is not None:
             word = clause.particle

@@ -35,6 +35,8 @@ def adverb_at(chart: Chart, i: int, *, closing: bool) -> tuple[Adverb | None, in
     without = chart.after_phrase(j, name="without")
     if without > j and closing:
         return _without(chart, j, i=without)
+    if closing and chart.at(j).text == "where":
+        return _where(chart, j)
     if closing and _measure(chart, j) > j:
         return Adverb(word=chart.joined(j, _measure(chart, j))), _measure(chart, j)
     if _is_adverb(chart, j, closing=closing):
@@ -73,6 +75,15 @@ def _measure(chart: Chart, i: int) -> int:
     k = j + (chart.at(j).is_a("cardinals") or chart.at(j).text in ("a", "an", "one", "few"))
     k += chart.at(k).text in ("few", "little", "bit")
     return k + 1 if k > j and chart.at(k).is_a("units") else i
+
+
+def _where(chart: Chart, i: int) -> tuple[Adverb | None, int]:
+    """Return "where it was" or "where you found it" as one adverb."""
+    for _, j in simple_noun(chart, i + 1):
+        if chart.at(j).verbs:
+            end = j + 1 + (chart.at(j + 1).text in ("it", "them"))
+            return Adverb(word=chart.joined(i, end)), end
+    return None, i
 
 
 def _without(chart: Chart, j: int, *, i: int) -> tuple[Adverb | None, int]:

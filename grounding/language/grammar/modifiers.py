@@ -38,7 +38,11 @@ def nominal_run(chart: Chart, i: int, *, opened: bool) -> list[int]:
     while True:
         token = chart.at(j)
         fixed = bool(run) and chart.after_phrase(j, name="phrases") > j
-        if fixed or (run and _opens_phrase(chart, j, before=run[-1])):
+        if (
+            fixed
+            or _describes_from_behind(chart, j, run=run)
+            or (run and _opens_phrase(chart, j, before=run[-1]))
+        ):
             return run
         if is_nominal(chart, j, opened=opened or bool(run)):
             run.append(j)
@@ -47,6 +51,16 @@ def nominal_run(chart: Chart, i: int, *, opened: bool) -> list[int]:
         j += 1
         if not token.text:
             return run
+
+
+def _describes_from_behind(chart: Chart, i: int, *, run: Sequence[int]) -> bool:
+    """Whether an adjective stands behind the noun it describes: "the box labelled A"."""
+    token, following = chart.at(i), chart.at(i + 1)
+    if not run or not token.adjective or token.noun or run[-1] != i - 1:
+        return False
+    before = chart.at(run[-1])
+    more = following.noun or following.adjective or (following.text and not following.known)
+    return bool(before.noun) and not before.adjective and not more
 
 
 def _opens_phrase(chart: Chart, i: int, *, before: int) -> bool:

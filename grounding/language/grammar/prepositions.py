@@ -50,6 +50,8 @@ def _denied(phrase: PrepPhrase, *, by: Word | None) -> PrepPhrase:
 def _sharpened(chart: Chart, i: int) -> int:
     """Skip "right", "directly" or "back" that only sharpen the preposition that follows."""
     token = chart.at(i)
+    if chart.after_phrase(i, name="prepositions") > i and not token.is_a("dropped"):
+        return i
     if token.is_a("sharpeners") and _opens(chart, i + 1):
         return _sharpened(chart, i + 1)
     kept = chart.after_phrase(i, name="kept") > i

@@ -1,0 +1,77 @@
+"""No text raises, hangs or yields a guess."""
+
+import string
+import time
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from grounding.language.backends.embedded import Embedded
+from grounding.language.lexicon import lexicon
+from grounding.language.parser import Parser
+from grounding.language.verbs import default_verbs
+
+PARSER = Parser(Embedded(default_verbs()))
+LONGEST = 10_000
+LIMIT_S = 1.0
+WORDS_OF_GRAMMAR = [
+    word for name in ("determiners", "directions", "conjunctions", "negations", "particles")
+    for word in sorted(lexicon().closed[name])
+] + ["it", "them", "one", "big", "cube", "block", "which", "that", "is", "I"]  # fmt: skip
+WORDS = [*",.?'", "'s", *default_verbs().entries, *WORDS_OF_GRAMMAR, "wug", "zorp", "red", "blue"]
+
+
+def check(text):
+    start = time.process_time()
+    result = PARSER.parse(text)
+    assert time.process_time() - start < LIMIT_S
+    assert bool(result.error) != bool(result.instructions)
+    assert result.sentence == text
+    for each in result.instructions:
+        assert each.target
+        assert all(word and word == word.lower() for word in each.target)
+        assert each.location
+    return result
+
+
+@settings(max_examples=150, deadline=None)
+@given(st.text(max_size=300))
+def test_any_text_gives_instructions_or_an_error(text):
+    check(text)
+
+
+@settings(max_examples=300, deadline=None)
+@given(st.lists(st.sampled_from(WORDS), max_size=40))
+def test_any_order_of_the_grammars_own_words_does(words):
+    check(" ".join(words))
+
+
+@settings(max_examples=10, deadline=None)
+@given(st.lists(st.sampled_from(WORDS), min_size=1, max_size=12))
+def test_long_texts_end_in_a_second(words):
+    piece = " ".join(words)
+    check((piece + " ") * (LONGEST // (len(piece) + 1)))
+    check((piece + ". ") * (LONGEST // (len(piece) + 2)))
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.text(alphabet=string.ascii_lowercase + " ", max_size=60))
+def test_letters_at_random_are_no_instruction_without_a_known_verb(text):
+    result = check(text)
+    spoken = set(text.split())
+    assert not result.instructions or spoken & set(PARSER.verbs.entries)
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.text(alphabet=st.characters(min_codepoint=0x370), min_size=1, max_size=200))
+def test_other_scripts_are_no_instruction(text):
+    assert check(text).error is not None
+
+
+@settings(max_examples=100, deadline=None)
+@given(
+    st.sampled_from(["pick up", "take", "push", "open"]), st.sampled_from(["cube", "wug", "box"])
+)
+def test_a_denied_command_is_never_carried_out(verb, noun):
+    for denial in ("do not", "don't", "never", "please don't", "you must not", "I would not"):
+        assert check(f"{denial} {verb} the {noun}").instructions == ()
