@@ -36,6 +36,11 @@ class LiveGrounding:
     _not_meant: dict[int, frozenset[str]] = field(default_factory=dict)
     _plan: GroundedPlan | None = None
 
+    @property
+    def objects(self) -> tuple[ObjectInstance, ...]:
+        """All objects seen so far."""
+        return tuple(self._objects.values())
+
     def heard(self, utterance: Utterance) -> None:
         """Take in what was said; the same cue again changes nothing."""
         if utterance not in self._said:

@@ -1,11 +1,10 @@
 """The grounding service: takes words, looks and objects, says what each instruction means."""
 
-import json
 import threading
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
-from typing import Any, Final
+from dataclasses import dataclass, field, replace
+from typing import Final
 
 from gazemap.errors import InputError
 from gazemap.geometry.camera import Camera
@@ -16,17 +15,25 @@ from gazemap.wire.streams import Stream
 from grounding.discourse import Utterance
 from grounding.language.parser import Parser, parser_for
 from grounding.live import LiveGrounding
+from grounding.patches.view import View
 from grounding.pipeline import GroundingConfig, SessionGrounding
-from grounding.plan import Status
-from grounding.symbols.document import to_json
-from services.answers import answer_parse
+from grounding.symbols.learn import fit_symbols
+from grounding.symbols.teach import WhichGroup, teach
+from services.answers import answer_classify, answer_parse, ground_now
 from services.bus.base import Bus, Inbox, Message
 from services.bus.zenoh import ZenohConfig
+from services.grounding_output import GroundingOutput
 from services.health import FINISHED, Health
-from services.latest import LatestMessages
+from services.lessons import TargetLesson, VerbLesson, WordLesson, lesson_of
+from services.present import look_at, present_scene
 from services.translate import instance, observation
 from services.views import BufferedView, StandingCamera
-from services.wire import grounding as wire
+from services.wire.queries import (
+    decode_ground_request,
+    decode_teach_request,
+    encode_ground_answer,
+    encode_teach_answer,
+)
 
 NAME: Final = "grounding"
 _WAIT_S: Final = 0.2
@@ -56,15 +63,19 @@ class GroundingService:
         """Subscribe to the rig and to mapping, and answer questions."""
         self._bus, self._config = bus, config
         self._health = Health(bus, service=NAME, stream=Stream.GROUNDING_STATUS)
+        self._output = GroundingOutput(bus, self._health)
+        self._taught_verbs: dict[str, str] = {}
         self._parser: Parser = parser_for(config.grounding.language)
         self._live = self._begin("live", heading_rad=0.0)
         self._camera: Camera | None = None
         self._T_world_overhead: Pose[World, Overhead] | None = None
         self._images = BufferedView(limit=config.image_count)
+        # Queries come on threads of their own.
+        self._lock = threading.RLock()
+        self._grounded: SessionGrounding | None = None
+        self._model = fit_symbols((), config.grounding.symbols)
         self._is_stale = False
         self._last_s = 0.0
-        self._sent: dict[int, dict[str, Any]] = {}
-        self._revision = 0
         self._takers: dict[Stream, Callable[[bytes], None]] = {
             Stream.SESSION: self._take_session,
             Stream.NARRATION: self._take_narration,
@@ -78,8 +89,13 @@ class GroundingService:
         self.inbox = Inbox()
         for stream in self._takers:
             bus.subscribe(stream, self.inbox)
-        self._latest = LatestMessages(bus, Stream.PLAN, Stream.SYMBOLS)
-        bus.answer(Stream.PARSE, lambda asked: answer_parse(asked, self._parser))
+        for stream, handler in (
+            (Stream.PARSE, lambda asked: answer_parse(asked, self._parser)),
+            (Stream.CLASSIFY, lambda asked: answer_classify(asked, self._model)),
+            (Stream.GROUND, self._answer_ground),
+            (Stream.TEACH, self._answer_teach),
+        ):
+            bus.answer(stream, handler)
         bus.announce(NAME)
 
     def _begin(self, name: str, *, heading_rad: float) -> LiveGrounding:
@@ -98,12 +114,16 @@ class GroundingService:
                 self.take(message)
             if self._is_stale and time.monotonic() - self._last_s >= self._config.period_s:
                 self.update(is_finished=False)
-            self._health.beat(lambda: {"revision": float(self._revision)})
+            self._health.beat(self._figures)
+
+    def _figures(self) -> dict[str, float]:
+        return {"revision": float(self._output.revision)}
 
     def take(self, message: Message) -> None:
         """Take one message; one that cannot be used is named in the status and dropped."""
         try:
-            self._takers[message.stream](message.payload)
+            with self._lock:
+                self._takers[message.stream](message.payload)
         except InputError as error:
             self._health.complain(str(error))
 
@@ -111,7 +131,7 @@ class GroundingService:
         info = rig.decode_session(payload)
         self._live = self._begin(info.name, heading_rad=info.wearer_heading_rad)
         self._images.clear()
-        self._sent, self._revision = {}, 0
+        self._output.restart()
         self._health.restart(info.name)
 
     def _take_narration(self, payload: bytes) -> None:
@@ -150,53 +170,75 @@ class GroundingService:
         status: ServiceStatus = mapping.decode_status(payload)
         if status.figures.get(FINISHED):
             self.update(is_finished=True)
-            self._health.finish(lambda: {"revision": float(self._revision)})
+            self._health.finish(self._figures)
 
     def update(self, *, is_finished: bool) -> None:
         """Ground all there is; publish what has changed."""
         # Patches cost more than all the rest: live they are cut when a session is at its end.
-        view = self._images if is_finished and self._images.camera is not None else None
-        grounded = self._live.ground(view, open_end=not is_finished)
+        view = self._view() if is_finished else None
+        with self._lock:
+            grounded = self._live.ground(view, open_end=not is_finished)
+        self._grounded = grounded
         self._last_s, self._is_stale = time.monotonic(), False
-        if grounded.plan.revision != self._revision:
-            self._publish_plan(grounded)
+        self._output.say_plan(grounded.plan)
         if is_finished:
-            self._publish_symbols(grounded)
+            self._model = grounded.symbols
+            self._output.say_symbols(self._model)
 
-    def _publish_plan(self, grounded: SessionGrounding) -> None:
-        plan = grounded.plan
-        self._revision, t_ns = plan.revision, self._health.t_ns
-        document = plan.to_json()
-        message = wire.PlanMessage(t_ns=t_ns, revision=plan.revision, plan=document)
-        self._latest.publish(Stream.PLAN, wire.encode_plan(message))
-        for each in plan.instructions:
-            settled, index = each.to_json(), each.spoken.index
-            is_new = each.status is not Status.UNGROUNDED or index in self._sent
-            if is_new and self._sent.get(index) != settled:
-                self._sent[index] = settled
-                self._bus.publish(
-                    Stream.INSTRUCTION,
-                    wire.encode_instruction(
-                        wire.InstructionMessage(
-                            t_ns=t_ns, revision=plan.revision, index=index, instruction=settled
-                        )
-                    ),
-                )
-                self._ask(settled)
+    def _view(self) -> View | None:
+        return self._images if self._images.camera is not None else None
 
-    def _ask(self, instruction: dict[str, Any]) -> None:
-        if instruction["question"] is None:
-            return
-        question = wire.Question(
-            t_ns=self._health.t_ns,
-            instruction_index=instruction["index"],
-            text=instruction["question"],
-            words=tuple(instruction["target"]),
-            object_id=instruction["object"],
-        )
-        self._bus.publish(Stream.QUESTION, wire.encode_question(question))
+    def _answer_ground(self, asked: bytes) -> bytes:
+        """Answer `ground`: sentences in the present scene; none: what was heard, once more."""
+        sentences = decode_ground_request(asked).sentences
+        with self._lock:
+            if not sentences:
+                self.update(is_finished=False)
+                plan = self._grounded.plan.to_json() if self._grounded else {}
+                return encode_ground_answer(plan)
+            scene = present_scene(
+                self._grounded,
+                self._live.objects,
+                self._model,
+                view=self._view(),
+                heading_rad=self._live.heading_rad,
+            )
+            document = ground_now(sentences, self._parser, scene, session=self._live.name)
+        return encode_ground_answer(document)
 
-    def _publish_symbols(self, grounded: SessionGrounding) -> None:
-        document = json.loads(to_json(grounded.symbols))
-        message = wire.SymbolsMessage(t_ns=self._health.t_ns, symbols=document)
-        self._latest.publish(Stream.SYMBOLS, wire.encode_symbols(message))
+    def _answer_teach(self, asked: bytes) -> bytes:
+        """Answer `teach`: take a lesson over and say what came of it."""
+        lesson = lesson_of(decode_teach_request(asked))
+        with self._lock:
+            match lesson:
+                case VerbLesson():
+                    self._learn_verb(lesson)
+                case TargetLesson():
+                    self._live.corrected(
+                        lesson.instruction, object_id=lesson.object_id, is_meant=lesson.is_meant
+                    )
+                    self.update(is_finished=False)
+                case WordLesson():
+                    self._learn_words(lesson)
+        return encode_teach_answer({"learnt": True, "revision": self._output.revision})
+
+    def _learn_verb(self, lesson: VerbLesson) -> None:
+        language = self._config.grounding.language
+        self._taught_verbs[lesson.verb] = lesson.like
+        verbs = {**language.verbs, **self._taught_verbs}
+        self._parser = self._live.parser = parser_for(replace(language, verbs=verbs))
+        self._is_stale = True
+
+    def _learn_words(self, lesson: WordLesson) -> None:
+        thing = next((o for o in self._live.objects if o.object_id == lesson.object_id), None)
+        features = None if thing is None else look_at(thing, self._view())
+        if features is None:
+            todo = "name an object that the overhead camera sees now"
+            raise InputError(f"{lesson.object_id!r} is not seen", where=Stream.TEACH, todo=todo)
+        for word in lesson.words:
+            taught = teach(self._model, word, [features], group=lesson.group)
+            if isinstance(taught, WhichGroup):
+                todo = f"add group: one of {', '.join(taught.groups)}, new"
+                raise InputError(f"what does {word!r} describe?", where=Stream.TEACH, todo=todo)
+            self._model = taught.model
+        self._output.say_symbols(self._model)

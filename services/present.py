@@ -1,0 +1,85 @@
+"""The present scene: the things on the table now and what each may be called."""
+
+from collections.abc import Mapping, Sequence
+
+from grounding.features.registry import PatchFeatures, extract_features
+from grounding.patches.cut import PatchConfig, Showing, cut_patches
+from grounding.patches.view import View
+from grounding.pipeline import SessionGrounding
+from grounding.plan import Status
+from grounding.query import NamedThing, PresentScene
+from grounding.symbols.classify import Classifier
+from grounding.symbols.model import SymbolModel
+from grounding.types import ObjectInstance
+
+# A calibrated classifier that says "known" is right about that often.
+_CLASSIFIED = 0.97
+_LATELY_NS = 1_000_000_000
+_ONE_LOOK = PatchConfig(per_showing=1, looked_at=1, sure=0.0)
+
+
+def present_scene(
+    grounded: SessionGrounding | None,
+    objects: Sequence[ObjectInstance],
+    model: SymbolModel,
+    *,
+    view: View | None,
+    heading_rad: float,
+) -> PresentScene:
+    """Name the things that stand on the table: by what was said of them, and by how they look."""
+    standing = [each for each in objects if each.track[-1].left_ns is None]
+    said = {} if grounded is None else _said(grounded)
+    classifier = Classifier(model)
+    things = []
+    for each in standing:
+        words = dict(said.get(each.object_id, {}))
+        features = look_at(each, view)
+        if features is not None:
+            for found in classifier.classify(features):
+                if found.known:
+                    words[found.symbol] = max(words.get(found.symbol, 0.0), _CLASSIFIED)
+        things.append(NamedThing(instance=each, words=words))
+    known = {word for names in said.values() for word in names} | set(model.words)
+    return PresentScene(
+        things=things,
+        known_words=frozenset(known),
+        seen=() if grounded is None else grounded.relations,
+        heading_rad=heading_rad,
+    )
+
+
+def _said(grounded: SessionGrounding) -> Mapping[str, dict[str, float]]:
+    """Return, for each object of a grounded instruction, its words and how sure they are."""
+    said: dict[str, dict[str, float]] = {}
+    for each in grounded.plan.instructions:
+        if each.status is Status.GROUNDED and each.target and each.target.object_id:
+            words = said.setdefault(each.target.object_id, {})
+            for word in each.spoken.instruction.target:
+                words[word] = max(words.get(word, 0.0), each.confidence)
+    return said
+
+
+def look_at(thing: ObjectInstance, view: View | None) -> PatchFeatures | None:
+    """Return what a thing looks like in the camera's last images, or None if it is not seen."""
+    if view is None or not view.t_ns:
+        return None
+    place, now_ns = thing.track[-1], view.t_ns[-1]
+    showing = Showing(
+        instruction=0,
+        symbols=(),
+        weight=1.0,
+        object_id=thing.object_id,
+        position_world=place.position_world,
+        quat_xyzw=place.quat_xyzw,
+        size_m=thing.size_m,
+        since_ns=max(place.t_ns, now_ns - _LATELY_NS),
+        until_ns=now_ns,
+        is_looked_at=True,
+    )
+    for patch in cut_patches([showing], view, _ONE_LOOK):
+        if patch.kept and patch.image_bgr is not None:
+            found = extract_features(
+                patch.image_bgr, mm_per_px=patch.mm_per_px, height_mm=patch.height_mm
+            )
+            return found if isinstance(found, PatchFeatures) else None
+    return None
