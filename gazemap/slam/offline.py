@@ -57,7 +57,10 @@ def map_session(
         grow(skeleton.structure, config)
     path = pose_frames_by_corners(followed, skeleton, t_ns=t_ns, config=config)
     refined = refine(video, camera, skeleton=skeleton, path=path, config=config, progress=report)
+    camera = refined.camera
     S_world_map, warnings = None, []
+    if camera.readout_s is not None and session.scene_camera.readout_s is None:
+        warnings.append(f"read-out time unknown: estimated as {camera.readout_s * 1e3:.1f} ms")
     if use_tags and session.data.tags is not None:
         S_world_map = align_by_tags(
             video, camera, path=path, frames=skeleton.frames, layout=session.data.tags

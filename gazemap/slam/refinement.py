@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -16,11 +16,13 @@ from gazemap.slam.framewise import FrameViews, pose_frames
 from gazemap.slam.front import Skeleton
 from gazemap.slam.patch_choice import PatchPoints, candidate_points, choose_found
 from gazemap.slam.patches import PatchAtlas, PatchViews
+from gazemap.slam.rolling_shutter import estimate_readout
 from gazemap.slam.structure import Structure
 from gazemap.slam.video import GreyVideo
 
 _OUTLIER_PX = 2.0
 _FEWEST_KEYFRAMES = 3
+_SHUTTER_ROUNDS = 3
 _THREADS = 2
 _FRAMES_AHEAD = 8
 _NOTHING = PatchViews(point=np.empty(0, dtype=np.int64), uv_px=np.empty((0, 2)), zncc=np.empty(0))
@@ -35,12 +37,14 @@ class RefinedMap:
         points_map: (P, 3).
         is_good: (P,) seen by enough keyframes.
         found: the patches found in each frame.
+        camera: the camera, with its read-out time where that had to be estimated.
     """
 
     selected: PatchPoints
     points_map: FloatArray
     is_good: BoolArray
     found: list[PatchViews]
+    camera: Camera
 
 
 def refine(
@@ -73,12 +77,36 @@ def refine(
         rough.selected, points_map=rough.points_map, frames=np.flatnonzero(path.is_posed),
         progress=progress,
     )  # fmt: skip
-    views = _adjust_all(fine, search)
-    pose_frames(
-        path, _good_views(views, fine.is_good), points_map=fine.points_map,
-        focal_px=structure.focal_px, config=config,
-    )  # fmt: skip
+    _finish(fine, search)
+    if camera.readout_s is None:
+        _calibrate_shutter(fine, search)
     return fine
+
+
+def _finish(refined: RefinedMap, search: "_Search") -> list[FrameViews]:
+    """Adjust the keyframes, then pose all frames by the points; return the views they used."""
+    views = _good_views(_adjust_all(refined, search), refined.is_good)
+    focal_px = search.skeleton.structure.focal_px
+    pose_frames(
+        search.path, views, points_map=refined.points_map, focal_px=focal_px, config=search.config
+    )
+    return views
+
+
+def _calibrate_shutter(refined: RefinedMap, search: "_Search") -> None:
+    """Estimate the read-out time and adjust anew, while what is left is significant."""
+    cauchy = search.config.final_cauchy_px / search.skeleton.structure.focal_px
+    for _ in range(_SHUTTER_ROUNDS):
+        views = still_views(refined, search.path, refined.camera)
+        estimate = estimate_readout(
+            views, [found.uv_px[:, 1] for found in refined.found], path=search.path,
+            points_map=refined.points_map, camera=refined.camera, cauchy=cauchy,
+        )  # fmt: skip
+        if not estimate.is_significant:
+            return
+        readout_s = (refined.camera.readout_s or 0.0) + estimate.extra_s
+        refined.camera = refined.camera.with_readout(readout_s)
+        _finish(refined, replace(search, camera=refined.camera))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -113,7 +141,9 @@ class _Search:
             found[index] = views
             progress("aligning patches", done + 1, len(wanted))
         good = np.ones(len(selected.track), dtype=np.bool_)
-        return RefinedMap(selected=selected, points_map=points_map, is_good=good, found=found)
+        return RefinedMap(
+            selected=selected, points_map=points_map, is_good=good, found=found, camera=self.camera
+        )
 
     def _jobs(self, atlas: PatchAtlas, wanted: set[int]) -> Iterator["_Job"]:
         twists = self.path.twists()
@@ -172,7 +202,9 @@ def _narrowed(rough: RefinedMap, kept: IntArray) -> RefinedMap:
     )
     good = np.ones(len(kept), dtype=np.bool_)
     points_map = rough.points_map[kept]
-    return RefinedMap(selected=selected, points_map=points_map, is_good=good, found=found)
+    return RefinedMap(
+        selected=selected, points_map=points_map, is_good=good, found=found, camera=rough.camera
+    )
 
 
 def _adjust_all(refined: RefinedMap, search: _Search) -> list[FrameViews]:
