@@ -19,6 +19,7 @@ from grounding.relations import Demonstrated
 from grounding.symbols.model import SymbolModel
 from grounding.symbols.records import SymbolConfig
 from grounding.symbols.session import learn_from_patches
+from grounding.words import heed_words
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -93,11 +94,12 @@ def ground_session(  # noqa: PLR0913  all that a session is, by name
     )
     showings = showings_of(plan, demonstration.objects, demonstration.fixations, config.patches)
     patches = cut_patches(showings, view, config.patches) if view is not None else []
+    symbols = learn_from_patches(patches, config.symbols)
     return SessionGrounding(
-        plan=with_patches(plan, patches),
+        plan=heed_words(with_patches(plan, patches), patches, symbols),
         looks=alignment.looks,
         patches=tuple(patches),
-        symbols=learn_from_patches(patches, config.symbols),
+        symbols=symbols,
         relations=demonstrations_of(
             demonstration.spoken, alignment.instructions, heading_rad=demonstration.heading_rad
         ),

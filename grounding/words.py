@@ -1,0 +1,100 @@
+"""What the words say of a plan that the gaze has grounded: contradictions, and words to ask for."""
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+
+from grounding.features.background import NoObject
+from grounding.features.registry import extract_features
+from grounding.patches.patch import Patch
+from grounding.plan import GroundedInstruction, GroundedPlan, Status
+from grounding.symbols.classify import Classifier
+from grounding.symbols.model import SymbolModel
+
+_LEAST_PATCHES = 3
+_MAJORITY = 2 / 3
+
+
+def heed_words(plan: GroundedPlan, patches: Sequence[Patch], symbols: SymbolModel) -> GroundedPlan:
+    """Return the plan with each status as the words' learnt meanings allow.
+
+    A target that mostly looks like another word of the same concept group is not sure any more; a
+    target that is not found and has a word nobody has shown yet becomes a question.
+
+    Args:
+        plan: as the gaze has it.
+        patches: of its targets.
+        symbols: what the words mean, learnt from all of the session's patches.
+    """
+    classifier = Classifier(symbols)
+    heard = {each: _heard(each, patches, classifier) for each in _indices(plan)}
+    instructions = tuple(
+        _heeded(each, heard[each.spoken.index], symbols) for each in plan.instructions
+    )
+    return dataclasses.replace(plan, instructions=instructions)
+
+
+def _indices(plan: GroundedPlan) -> list[int]:
+    return [each.spoken.index for each in plan.instructions]
+
+
+def _heard(instruction: int, patches: Sequence[Patch], classifier: Classifier) -> Mapping[str, str]:
+    """Return for each concept group the word that most of an instruction's patches bear."""
+    votes: dict[str, dict[str, int]] = {}
+    count = 0
+    for each in patches:
+        if not each.kept or each.instruction != instruction or each.image_bgr is None:
+            continue
+        features = extract_features(
+            each.image_bgr, mm_per_px=each.mm_per_px, height_mm=each.height_mm
+        )
+        if isinstance(features, NoObject):
+            continue
+        count += 1
+        for found in classifier.classify(features):
+            if found.known:
+                group = votes.setdefault(found.group, {})
+                group[found.symbol] = group.get(found.symbol, 0) + 1
+    if count < _LEAST_PATCHES:
+        return {}
+    return {
+        group: max(words, key=lambda word: words[word])
+        for group, words in votes.items()
+        if max(words.values()) >= _MAJORITY * count
+    }
+
+
+def _heeded(
+    each: GroundedInstruction, heard: Mapping[str, str], symbols: SymbolModel
+) -> GroundedInstruction:
+    said = each.spoken.instruction.target
+    if each.status is Status.UNGROUNDED and each.start_ns is not None and each.target is None:
+        unknown = [word for word in said if word not in symbols.words]
+        return _asking(each, unknown[0]) if unknown and symbols.words else each
+    if each.status is not Status.GROUNDED:
+        return each
+    for group in symbols.groups:
+        mine = [word for word in said if word in group.words]
+        looks_like = heard.get(group.name)
+        if looks_like is not None and mine and looks_like not in mine:
+            return _contradicted(each, said=mine[0], looks_like=looks_like)
+    return each
+
+
+def _asking(each: GroundedInstruction, word: str) -> GroundedInstruction:
+    return dataclasses.replace(
+        each,
+        status=Status.UNKNOWN_SYMBOL,
+        question=f"What does '{word}' mean? Please show me one.",
+        reason=f"unknown: {word}",
+    )
+
+
+def _contradicted(each: GroundedInstruction, *, said: str, looks_like: str) -> GroundedInstruction:
+    return dataclasses.replace(
+        each,
+        status=Status.AMBIGUOUS,
+        confidence=min(each.confidence, 0.5),
+        candidates=(each.target,) if each.target is not None else (),
+        question=f"Is this one '{said}'? It looks like '{looks_like}' to me.",
+        reason=f"what was looked at is not '{said}' but '{looks_like}', as learnt from the rest",
+    )
