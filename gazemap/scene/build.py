@@ -9,9 +9,10 @@ from gazemap.geometry.pose import Overhead, Pose, World
 from gazemap.ports import Progress, Session
 from gazemap.scene.config import SceneConfig
 from gazemap.scene.live import LiveObjects
+from gazemap.scene.rectified import RectifiedTable
 from gazemap.scene.surface import table_mesh, with_boxes
 from gazemap.types.frame import Frame
-from gazemap.types.scene import SceneModel, SceneObject
+from gazemap.types.scene import SceneModel
 from gazemap.types.session import TagLayout
 from gazemap.types.tracking import Trajectory
 
@@ -36,7 +37,6 @@ def build_scene(
         progress: told how many overhead frames are done.
     """
     outline_xy = table_outline(session.data.tags, margin_m=config.margin_m)
-    objects: tuple[SceneObject, ...] = ()
     if session.overhead_camera is not None and T_world_overhead is not None:
         live = LiveObjects(
             session.overhead_camera,
@@ -46,7 +46,9 @@ def build_scene(
             marks=session.data.tags,
         )
         _replay(session, trajectory, live, config=config, progress=progress)
-        objects = live.objects
+    else:
+        live = _replay_heads(session, trajectory, outline_xy, config=config, progress=progress)
+    objects = live.objects
     background = table_mesh(outline_xy)
     return SceneModel(
         mesh=with_boxes(background, objects),
@@ -85,6 +87,35 @@ def _replay(
             head = next(heads, None)
         progress("scene", frame.index + 1, 0)
     live.finish()
+
+
+def _replay_heads(
+    session: Session,
+    trajectory: Trajectory,
+    outline_xy: FloatArray,
+    *,
+    config: SceneConfig,
+    progress: Progress,
+) -> LiveObjects:
+    """Find objects from the head camera alone: its frames drawn on the table stand in."""
+    table = RectifiedTable(outline_xy)
+    live = LiveObjects(
+        table.camera,
+        table.T_world_overhead,
+        config,
+        outline_xy=outline_xy,
+        marks=session.data.tags,
+        is_rectified=True,
+    )
+    for head in _spaced(session.scene_frames(), period_s=config.rectified_period_s):
+        T_world_cam = trajectory.at(head.t_ns)
+        if T_world_cam is None:
+            continue
+        live.add(table.draw(head, session.scene_camera, T_world_cam))
+        live.add_view(head, session.scene_camera, T_world_cam)
+        progress("scene", head.index + 1, len(session.scene_t_ns))
+    live.finish()
+    return live
 
 
 def _spaced(frames: Iterator[Frame], *, period_s: float) -> Iterator[Frame]:

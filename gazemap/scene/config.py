@@ -82,6 +82,7 @@ class SceneConfig:
 
     Attributes:
         head_period_s: head frames are looked at this far apart.
+        rectified_period_s: the same where there is no overhead camera and they stand in for it.
         margin_m: the table goes on for so long beyond its outermost tags.
         surface_sigma_m: standard deviation of the table along its normal.
     """
@@ -90,5 +91,6 @@ class SceneConfig:
     sites: SiteConfig = field(default_factory=SiteConfig)
     fit: BoxFitConfig = field(default_factory=BoxFitConfig)
     head_period_s: float = 0.15
+    rectified_period_s: float = 0.1
     margin_m: float = 0.10
     surface_sigma_m: float = 0.0005

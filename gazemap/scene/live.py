@@ -18,6 +18,7 @@ from gazemap.types.scene import ObjectState, SceneObject
 from gazemap.types.session import TagLayout
 
 _DEFAULT_OUTLINE = np.array([[-0.6, -0.4], [0.6, 0.4]])
+_SAME_SIZE = 0.25  # largest relative difference of sides
 _CARRY_SLACK_NS = 500_000_000  # the moments of leaving and coming are known only so well
 
 
@@ -37,6 +38,7 @@ class LiveObjects:
         *,
         outline_xy: FloatArray = _DEFAULT_OUTLINE,
         marks: TagLayout | None = None,
+        is_rectified: bool = False,
     ) -> None:
         """Start with nothing on the table.
 
@@ -46,11 +48,13 @@ class LiveObjects:
             config: settings.
             outline_xy: (N, 2) bounds of where objects stand.
             marks: tags that are known to lie flat there.
+            is_rectified: whether the frames from above are head frames drawn on the table, in
+                which things creep and cannot be measured.
         """
-        self._config = config
+        self._config, self._is_rectified = config, is_rectified
         self._overhead = PosedCamera.of(camera, T_world_overhead, is_overhead=True)
         self._table = TableView(self._overhead, outline_xy, config.foreground)
-        self._sites = SiteTracker(self._table, config.sites)
+        self._sites = SiteTracker(self._table, config.sites, follows=is_rectified)
         self._resting: dict[int, Resting] = {}
         self._objects: dict[str, SceneObject] = {}
         self._colours: dict[str, ColourModel] = {}
@@ -71,7 +75,8 @@ class LiveObjects:
             if self._is_mark(site):
                 continue
             resting = Resting(site, self._table, self._config.fit)
-            resting.look(frame, self._overhead)
+            if not self._is_rectified:
+                resting.look(frame, self._overhead)
             self._resting[site.site_id] = resting
         left = [self._leave(site) for site in changes.left]
         return [thing for thing in left if thing is not None]
@@ -113,11 +118,17 @@ class LiveObjects:
             if self._is_there_already(resting):
                 resting.dismiss()
                 return []
-            object_id = resting.object_id or f"object-{len(self._objects) + 1}"
+            object_id = resting.object_id or self._identify(resting, candidates)
         if not object_id:
             return []
         resting.object_id = object_id
         return [self._record(resting)]
+
+    def _identify(self, resting: Resting, away: list[SceneObject]) -> str:
+        """Return the carried thing of about the measured size, or a new name."""
+        unlike = [(resting.unlikeness(thing.size_m), thing.object_id) for thing in away]
+        least, object_id = min(unlike, default=(1.0, ""))
+        return object_id if least < _SAME_SIZE else f"object-{len(self._objects) + 1}"
 
     def _is_there_already(self, resting: Resting) -> bool:
         """Whether a place is that of a thing that stands there under another outline."""

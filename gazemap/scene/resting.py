@@ -180,6 +180,13 @@ class Resting:
         is_clear = division.clarity(fit.box.shape, known.colours) >= self._config.min_clarity
         return is_clear and self._is_here(division, fit.box)
 
+    def unlikeness(self, size_m: FloatArray) -> float:
+        """Return by how much the measured sides differ from a known thing's, relatively."""
+        if self.fit is None:
+            return float("inf")
+        measured, known = np.sort(self.fit.box.size_m), np.sort(size_m)
+        return float(np.abs(np.log(measured / known)).max())
+
     def overlaps(self, other: "Resting") -> bool:
         """Whether two fitted boxes share their middle."""
         if self.fit is None or other.fit is None:

@@ -69,9 +69,9 @@ class SiteChanges:
 class SiteTracker:
     """Follows the resting places through the frames of the fixed camera."""
 
-    def __init__(self, table: TableView, config: SiteConfig) -> None:
-        """Start with nothing known about the table that is seen."""
-        self._table, self._config = table, config
+    def __init__(self, table: TableView, config: SiteConfig, *, follows: bool = False) -> None:
+        """Start with nothing known about the table; follow patches that creep, if asked to."""
+        self._table, self._config, self._follows = table, config, follows
         self._open: list[Site] = []
         self._left: list[Site] = []
         self._history: deque[SeenFrame] = deque()
@@ -100,6 +100,8 @@ class SiteTracker:
                 self._open.append(self._again(region, seen) or self._new_site(region, seen))
                 continue
             unseen.remove(site)
+            if self._follows:
+                site.region, site.colours = region, seen.at(region.pixels)
             self._recognise(site, seen, changes)
         return [s for s in unseen if s.left_ns is None]
 
@@ -113,7 +115,7 @@ class SiteTracker:
         return Site(
             site_id=self._count,
             region=region,
-            colours=seen.lab.reshape(-1, 3)[region.pixels].astype(np.float64),
+            colours=seen.at(region.pixels),
             first_ns=seen.t_ns,
             seen_ns=seen.t_ns,
         )
@@ -148,7 +150,7 @@ class SiteTracker:
             site.left_ns = seen.t_ns
             return
         site.is_settled = True
-        site.colours = seen.lab.reshape(-1, 3)[site.region.pixels].astype(np.float64)
+        site.colours = seen.at(site.region.pixels)
         came_ns = arrival_ns(site.region.pixels, site.colours, self._history)
         site.first_ns = self._history[0].t_ns if came_ns is None else came_ns
         changes.settled.append(site)
