@@ -74,14 +74,6 @@ class ColourDivision:
             total += float(log_in[bins[inside]].sum() + log_out[bins[outside]].sum())
         return odds, total
 
-    def log_likelihood(self) -> float:
-        """Return the log-likelihood of the cut-outs without any division."""
-        total = 0.0
-        for views in self._views.values():
-            bins = self._bins[views][self._valid[views]]
-            total += float(_log_density(bins)[bins].sum())
-        return total
-
     def clarity(self, shape: FloatArray, inside_model: ColourModel | None = None) -> float:
         """Return the mean log-odds inside the silhouette, in the view where it is least."""
         odds, _ = self.log_odds(shape, inside_model)

@@ -56,7 +56,8 @@ class BoxFitConfig:
         min_side_m: anything narrower is no object.
         max_side_m: anything longer is no object.
         min_clarity: mean log-odds of a thing's colours against its surroundings, in each view.
-        min_gain: share of what a box explains that a mark of its outline must not explain.
+        min_gain: by how much a box must explain each of its pixels better than a flat mark does
+            (log-likelihood).
         min_views: views beside the one from above that a height needs.
         max_views: views that are kept for one resting place.
         view_period_s: views of one resting place are at least so far apart.
@@ -69,7 +70,7 @@ class BoxFitConfig:
     min_side_m: float = 0.008
     max_side_m: float = 0.30
     min_clarity: float = 1.2
-    min_gain: float = 0.03
+    min_gain: float = 0.09
     min_views: int = 3
     max_views: int = 10
     view_period_s: float = 0.35

@@ -110,11 +110,12 @@ class LiveObjects:
     def _settle(self, resting: Resting) -> list[SceneObject]:
         """Say whose place it is: of a thing that was carried there, or of a new one."""
         known = self._objects.get(resting.object_id)
-        candidates = [known] if known and len(known.track) > 1 else self._away(resting)
+        was_carried = known is not None and len(known.track) > 1
+        candidates = [known] if known and was_carried else self._away(resting)
         below = [self._resting.get(s.site_id) for s in resting.site.covers]
         bases = [r.fit.box.top_m for r in below if r and r.object_id and r.fit]
         object_id = resting.place([self._known(c) for c in candidates], [0.0, *bases])
-        if not object_id and resting.measure():
+        if not object_id and not was_carried and resting.measure():
             if self._is_there_already(resting):
                 resting.dismiss()
                 return []

@@ -19,6 +19,7 @@ _IN_SIGHT_S = 0.2
 _PLACE_YAWS = np.arange(6) * np.pi / 6
 _FLAT_M = 0.004
 _DOUBTFUL = 2.0
+_KNOWN_CLARITY = 0.6  # another heading shows other sides: a known thing may be less clear
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -48,7 +49,7 @@ class Resting:
         self.fit: BoxFit | None = None
         self.colours: ColourModel | None = None
         self.is_flat = False
-        plan = table.rectangle(site.region.pixels)
+        plan = table.rectangle(site.fresh)
         self._centre_world = np.array([*plan.centre_xy, _LOOK_M])
         self._span_m = float(plan.sides_m.max()) + _ROOM_M
         self._crops: list[Crop] = []
@@ -91,7 +92,7 @@ class Resting:
     def measure(self) -> bool:
         """Fit a box on the table; return whether there is a volume."""
         division = ColourDivision(self._crops)
-        starts = self._starts(self.site.region.pixels)
+        starts = self._starts(self.site.fresh)
         fit = fit_box(division, starts, self._config)
         if self.fit is None and division.clarity(fit.box.shape) < _DOUBTFUL:
             # A mark or shadow beside a thing is one patch with it: start from its parts as well.
@@ -118,12 +119,12 @@ class Resting:
         """Whether the height explains what is seen that no mark on the table does."""
         flat = fit_flat(division, fit.box, self._config)
         gain = fit.log_likelihood - flat.log_likelihood
-        return gain > self._config.min_gain * (fit.log_likelihood - division.log_likelihood())
+        return gain > self._config.min_gain * float(division.masks(fit.box.shape).sum())
 
     def _is_here(self, division: ColourDivision, box: Box) -> bool:
         """Whether the box is about as large as the patch that gave rise to it."""
         covered = division.masks(box.shape)[0].mean() * self._span_m**2
-        area = len(self.site.region.pixels) * self._table.pixel_m**2
+        area = len(self.site.fresh) * self._table.pixel_m**2
         return bool(0.4 < area / max(covered, 1e-9) < 2.5)
 
     def _starts(self, pixels: IntArray) -> list[Box]:
@@ -164,7 +165,7 @@ class Resting:
         return best[0].object_id
 
     def _place_starts(self, known: Known, bases_m: list[float]) -> list[Box]:
-        plan = self._table.rectangle(self.site.region.pixels)
+        plan = self._table.rectangle(self.site.fresh)
         return [
             Box(
                 centre=np.array([*plan.centre_xy, base + known.size_m[2] / 2]),
@@ -177,7 +178,8 @@ class Resting:
 
     def _is_known(self, division: ColourDivision, known: Known, fit: BoxFit) -> bool:
         """Whether the views show the known thing's colours where its box was placed."""
-        is_clear = division.clarity(fit.box.shape, known.colours) >= self._config.min_clarity
+        least = _KNOWN_CLARITY * self._config.min_clarity
+        is_clear = division.clarity(fit.box.shape, known.colours) >= least
         return is_clear and self._is_here(division, fit.box)
 
     def unlikeness(self, size_m: FloatArray) -> float:

@@ -10,12 +10,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from gazemap.geometry.arrays import BoolArray, FloatArray, ImageArray
+from gazemap.geometry.arrays import BoolArray, FloatArray, ImageArray, IntArray
 from gazemap.scene.config import SiteConfig
 from gazemap.scene.foreground import Region, TableView
 from gazemap.scene.passing import SAME_COLOUR, SeenFrame, arrival_ns, leaving_ns
 
 _AREA_RATIO = 1.3
+_MIN_FRESH = 8
+_UNCHANGED = 0.8  # share of a site's pixels that look as before while nothing is put upon it
 
 
 @dataclass(slots=True, kw_only=True, eq=False)
@@ -30,6 +32,7 @@ class Site:
         seen_ns: when it was last recognised.
         left_ns: when it left, or None.
         covers: the sites that it hides, wholly or in part.
+        fresh: (M,) those of its pixels that do not look as what it covers did.
         is_settled: whether it stood still long enough.
         empty_ns: since when it is nothing but unchanged table, or None.
     """
@@ -41,6 +44,7 @@ class Site:
     seen_ns: int
     left_ns: int | None = None
     covers: "list[Site]" = field(default_factory=list)
+    fresh: IntArray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
     is_settled: bool = False
     empty_ns: int | None = None
 
@@ -50,8 +54,12 @@ class Site:
 
     def same(self, lab: ImageArray) -> float:
         """Return the share of its pixels that look as they did."""
+        return float(self.unchanged(lab).mean())
+
+    def unchanged(self, lab: ImageArray) -> BoolArray:
+        """Return which of its pixels (N,) look as they did."""
         now = lab.reshape(-1, 3)[self.region.pixels].astype(np.float64)
-        return float((np.linalg.norm(now - self.colours, axis=1) < SAME_COLOUR).mean())
+        return np.asarray(np.linalg.norm(now - self.colours, axis=1) < SAME_COLOUR)
 
     def bare(self, stands_out: BoolArray) -> float:
         """Return the share of its pixels that look like the table."""
@@ -95,8 +103,9 @@ class SiteTracker:
         """Recognise sites by their patches; return those that were not."""
         unseen = list(self._open)
         for region in regions:
-            site = min(unseen, key=lambda s: _distance(s.region, region), default=None)
-            if site is None or not self._is_same(site.region, region):
+            alike = [s for s in unseen if self._is_alike(s, region, seen)]
+            site = min(alike, key=lambda s: _distance(s.region, region), default=None)
+            if site is None:
                 self._open.append(self._again(region, seen) or self._new_site(region, seen))
                 continue
             unseen.remove(site)
@@ -104,6 +113,10 @@ class SiteTracker:
                 site.region, site.colours = region, seen.at(region.pixels)
             self._recognise(site, seen, changes)
         return [s for s in unseen if s.left_ns is None]
+
+    def _is_alike(self, site: Site, region: Region, seen: SeenFrame) -> bool:
+        """Whether a patch is a known site: in outline, and with nothing new upon it."""
+        return self._is_same(site.region, region) and site.same(seen.lab) > _UNCHANGED
 
     def _is_same(self, known: Region, new: Region) -> bool:
         close = _distance(known, new) * self._table.pixel_m < self._config.max_shift_m
@@ -123,7 +136,7 @@ class SiteTracker:
     def _again(self, region: Region, seen: SeenFrame) -> Site | None:
         """Return the site that was taken for empty, but looks as it did: an arm deceived us."""
         for site in self._left:
-            if self._is_same(site.region, region) and site.same(seen.lab) > 0.8:
+            if self._is_alike(site, region, seen):
                 self._left.remove(site)
                 site.left_ns = None
                 site.see(seen.t_ns)
@@ -150,6 +163,7 @@ class SiteTracker:
             site.left_ns = seen.t_ns
             return
         site.is_settled = True
+        site.fresh = _fresh_pixels(site, seen)
         site.colours = seen.at(site.region.pixels)
         came_ns = arrival_ns(site.region.pixels, site.colours, self._history)
         site.first_ns = self._history[0].t_ns if came_ns is None else came_ns
@@ -158,7 +172,7 @@ class SiteTracker:
     def _is_grown(self, known: Site, new: Site, seen: SeenFrame) -> bool:
         """Whether a patch is a known site with a little more around it, such as a shadow."""
         extra = 1 - _overlap(new.region, known.region)
-        if known.same(seen.lab) < 0.6 or extra > 0.35:
+        if known.same(seen.lab) < _UNCHANGED or extra > 0.35:
             return False
         known.seen_ns = seen.t_ns
         return True
@@ -195,6 +209,13 @@ class SiteTracker:
         now, before = (self._history[k].lab.reshape(-1, 3)[site.region.pixels] for k in (-1, -2))
         change = np.abs(now.astype(np.float64) - before).mean()
         return bool(change < self._config.max_change)
+
+
+def _fresh_pixels(site: Site, seen: SeenFrame) -> IntArray:
+    """Return which of a site's pixels are new; all of them where hardly any are."""
+    old = [s.region.pixels[s.unchanged(seen.lab)] for s in site.covers]
+    fresh = np.setdiff1d(site.region.pixels, np.concatenate(old)) if old else site.region.pixels
+    return fresh if len(fresh) >= _MIN_FRESH else site.region.pixels
 
 
 def _distance(a: Region, b: Region) -> float:

@@ -1,0 +1,84 @@
+import numpy as np
+import pytest
+
+from gazemap.scene.config import BoxFitConfig, SceneConfig
+from gazemap.scene.live import LiveObjects
+from tests.drawn_tabletop import DrawnBox, Rig, Tabletop
+
+CUBE = DrawnBox(centre=(-0.1, 0.05, 0.024), yaw_rad=0.4, size_m=(0.048,) * 3, bgr=(60, 170, 60))
+CELL = DrawnBox(
+    centre=(0.2, -0.08, 0.009), yaw_rad=-0.2, size_m=(0.03, 0.03, 0.018), bgr=(190, 60, 40)
+)
+BLOCK = DrawnBox(
+    centre=(0.05, 0.15, 0.017), yaw_rad=1.0, size_m=(0.07, 0.034, 0.034), bgr=(40, 40, 200)
+)
+MARKS = [(0.0, -0.1), (0.3, 0.1)]
+CONFIG = SceneConfig(fit=BoxFitConfig(view_period_s=0.1, max_views=4))
+
+
+def moved(box: DrawnBox, x: float, y: float, z: float) -> DrawnBox:
+    return DrawnBox(centre=(x, y, z), yaw_rad=box.yaw_rad + 0.5, size_m=box.size_m, bgr=box.bgr)
+
+
+def watch(rig: Rig, tables: list[Tabletop]) -> LiveObjects:
+    live = LiveObjects(rig.overhead_camera, rig.T_world_overhead, CONFIG)
+    for k, table in enumerate(tables):
+        live.add(rig.overhead(table, k))
+        if k % 2:
+            frame, T_world_cam = rig.head(table, k)
+            live.add_view(frame, rig.head_camera, T_world_cam)
+    live.finish()
+    return live
+
+
+@pytest.fixture(scope="module")
+def still() -> list[Tabletop]:
+    return [Tabletop([CUBE, CELL, BLOCK], MARKS)] * 9
+
+
+def nearest(live: LiveObjects, box: DrawnBox, which: int = 0):
+    return min(
+        live.objects,
+        key=lambda o: np.linalg.norm(o.track[which].T_world_body.t - np.array(box.centre)),
+    )
+
+
+def test_boxes_are_found_where_they_stand_and_marks_are_not(rig, still):
+    live = watch(rig, still)
+    assert len(live.objects) == 3
+    for box in (CUBE, CELL, BLOCK):
+        thing = nearest(live, box)
+        assert np.linalg.norm(thing.track[0].T_world_body.t - box.centre) < 0.004
+        assert np.sort(thing.size_m) == pytest.approx(np.sort(box.size_m), abs=0.005)
+        assert thing.track[0].t_ns == 0
+        assert thing.track[0].left_ns is None
+
+
+def test_a_carried_box_is_the_same_thing_at_its_new_place(rig):
+    there = moved(CELL, -0.25, -0.1, 0.009)
+    frames = [Tabletop([CUBE, CELL], MARKS)] * 10 + [Tabletop([CUBE], MARKS)] * 10
+    live = watch(rig, frames + [Tabletop([CUBE, there], MARKS)] * 9)
+    assert len(live.objects) == 2
+    thing = nearest(live, CELL)
+    assert len(thing.track) == 2
+    assert thing.track[0].left_ns == pytest.approx(0.95e9, abs=0.15e9)
+    assert thing.track[1].t_ns == pytest.approx(1.95e9, abs=0.15e9)
+    assert thing.at(int(1.5e9)) is None
+    assert np.linalg.norm(thing.track[1].T_world_body.t - there.centre) < 0.005
+
+
+def test_a_box_put_on_another_stands_on_its_top(rig):
+    on_top = moved(CELL, -0.1, 0.05, 0.057)
+    frames = [Tabletop([CUBE, CELL], MARKS)] * 10 + [Tabletop([CUBE], MARKS)] * 8
+    live = watch(rig, frames + [Tabletop([CUBE, on_top], MARKS)] * 9)
+    thing = nearest(live, on_top, which=-1)
+    assert thing.track[-1].T_world_body.t[2] == pytest.approx(0.057, abs=0.004)
+    assert nearest(live, CUBE).track[0].left_ns is None
+
+
+def test_nothing_is_reported_without_views_that_tell_height(rig, still):
+    live = LiveObjects(rig.overhead_camera, rig.T_world_overhead, CONFIG)
+    for k, table in enumerate(still):
+        live.add(rig.overhead(table, k))
+    assert live.finish() == []
+    assert live.objects == ()
