@@ -78,7 +78,7 @@ class Discourse:
             targets.extend(resolved)
         own = [each.mention for each in targets]
         location = self._symbol(draft.location, own=own)
-        relation = self._symbol(draft.relation, own=own)
+        relation = self._symbol(draft.relation, own=own, itself=own[0])
         for symbol in (location, relation):
             if isinstance(symbol, Refusal):
                 return symbol
@@ -176,8 +176,10 @@ class Discourse:
         mention = replace(one, words=words, noun_at=len(one.words), reference=Reference.NAMED)
         return [_Resolved(mention=mention, source=lender.instruction)]
 
-    def _symbol(self, phrases: Sequence[Phrase], *, own: Sequence[Mention]) -> str | Refusal:
-        """Return the symbol of phrases, "" for none."""
+    def _symbol(
+        self, phrases: Sequence[Phrase], *, own: Sequence[Mention], itself: Mention | None = None
+    ) -> str | Refusal:
+        """Return the symbol of phrases, "" for none; a pronoun may stand for the thing `itself`."""
         words: list[str] = []
         for phrase in phrases:
             for part in phrase.parts:
@@ -185,6 +187,8 @@ class Discourse:
                     words.append(part)
                     continue
                 found = self._landmark(part, own=own)
+                if not found and itself is not None:
+                    found = [_Resolved(mention=itself, source=None)]
                 if not found:
                     return _unresolved(part)
                 words.append("-and-".join("-".join(each.mention.words) for each in found))

@@ -54,7 +54,9 @@ _CLOSED: Final = (
     "adverbs", "interjections", "calls", "results", "units", "conjunctions", "function_words",
     "negations", "fillers",
 )  # fmt: skip
-_PHRASES: Final = ("phrases", "conjunction_phrases", "without", "leads_base", "leads_gerund")
+_PHRASES: Final = (
+    "phrases", "conjunction_phrases", "without", "leads_base", "leads_gerund", "negation_phrases",
+)  # fmt: skip
 _CLASSES: Final = ("colour", "size", "weight", "side", "material")
 
 
@@ -88,7 +90,7 @@ def lexicon() -> Lexicon:
         openable=frozenset(nouns["openable"].split()),
         adjectives=_adjectives(adjectives),
         classes={word: name for name in _CLASSES for word in adjectives[name].split()},
-        verbs=_verbs(verbs),
+        verbs=_verbs(verbs, control=table["control"]),
         senses=_senses(table),
         prepositions={word: (pair[0], pair[1]) for word, pair in table["prepositions"].items()},
         irregular_verbs=verbs["irregular"],
@@ -117,8 +119,11 @@ def _adjectives(table: Mapping[str, Any]) -> dict[str, tuple[str, Degree]]:
     return forms
 
 
-def _verbs(table: Mapping[str, Any]) -> dict[str, tuple[tuple[str, Form], ...]]:
-    lemmas: Iterable[str] = [*table["other"].split(), *table["irregular"]]
+def _verbs(
+    table: Mapping[str, Any], *, control: Mapping[str, str]
+) -> dict[str, tuple[tuple[str, Form], ...]]:
+    bringing = " ".join(text for kind, text in control.items() if kind != "modal").split()
+    lemmas: Iterable[str] = [*table["other"].split(), *table["irregular"], *bringing]
     forms: dict[str, tuple[tuple[str, Form], ...]] = {}
     for lemma in dict.fromkeys(lemmas):
         for form, kind in inflections(lemma, irregular=table["irregular"].get(lemma, "")):

@@ -139,7 +139,7 @@ def _head(graph: Graph, x: str) -> tuple[Words, Reference]:
     if node.predicate == "generic_entity":
         return (), Reference.NOUN_MISSING
     if node.predicate == "card":
-        return (_spelled(node.carg, names=CARDINALS),), Reference.NAMED
+        return (_spelled(graph, x, names=CARDINALS),), Reference.NAMED
     if node.predicate == "named":
         return (str(node.carg).lower(),), Reference.NAMED
     if node.predicate == "place_n" or not predicate.lemma:
@@ -170,6 +170,9 @@ def _modifiers(graph: Graph, x: str) -> list[tuple[bool, list[Words]]]:
     result: list[tuple[bool, list[Words]]] = []
     for node_id, is_noun in ordered:
         words = _modifier_words(graph, node_id)
+        pair = _pair_of(graph, node_id)
+        if pair is not None and graph.predicate(pair).lemma == "or":
+            raise ChoiceLeft
         pair = _pair_of(graph, node_id)
         last = (
             result[-1][1]
@@ -222,16 +225,20 @@ def _is_plain(graph: Graph, adjective: str) -> bool:
 def _modifier_words(graph: Graph, node_id: str) -> Words:
     node, predicate = graph.node(node_id), graph.predicate(node_id)
     if node.predicate == "ord":
-        return (_spelled(node.carg, names=ORDINALS),)
+        return (_spelled(graph, node_id, names=ORDINALS),)
     if node.predicate in ("card", "named"):
-        return (_spelled(node.carg, names=CARDINALS),)
+        return (_spelled(graph, node_id, names=CARDINALS),)
     before = tuple(word for _, options in _modifiers(graph, node_id) for word in options[0])
     return (*before, *predicate.lemma.lower().split("+"))
 
 
-def _spelled(carg: str | None, *, names: Sequence[str]) -> str:
-    text = str(carg)
-    return names[int(text)] if text.isdigit() and int(text) < len(names) else text.lower()
+def _spelled(graph: Graph, node_id: str, *, names: Sequence[str]) -> str:
+    """Return a number or name as it was spoken, or spelled where the sentence is not at hand."""
+    node = graph.node(node_id)
+    spoken, carg = graph.sentence[node.cfrom : node.cto].lower(), str(node.carg)
+    if spoken.isalnum():
+        return spoken
+    return names[int(carg)] if carg.isdigit() and int(carg) < len(names) else carg.lower()
 
 
 def _unknown(graph: Graph, x: str) -> Words:

@@ -56,17 +56,17 @@ class _Explorer:
     graph: Graph
     visited: set[str]
 
-    def on(self, head: str, *, in_clause: bool) -> Iterator[Unit]:
-        """Yield the phrases that hang on a node."""
+    def on(self, head: str, *, in_clause: bool, nested: bool = False) -> Iterator[Unit]:
+        """Yield the phrases that hang on a node; those on a landmark go where it goes."""
         for source in self.graph.into(head):
-            yield from self.at(source, in_clause=in_clause)
+            yield from self.at(source, in_clause=in_clause, nested=nested)
         third = self.graph.argument(head, "ARG3")
         if third is not None and self.graph.part(third) is Part.PREPOSITION:
             yield from self.at(third, in_clause=in_clause)
         if self.graph.part(head) is Part.NOUN:
-            yield from self._in_relative(head)
+            yield from self._in_relative(head, in_clause=in_clause or not nested)
 
-    def at(self, node_id: str, *, in_clause: bool) -> Iterator[Unit]:
+    def at(self, node_id: str, *, in_clause: bool, nested: bool = False) -> Iterator[Unit]:
         """Yield the phrase at a preposition, or an adjective with one, and those inside it."""
         graph = self.graph
         if node_id in self.visited or graph.label(node_id) in ("compound", "ord"):
@@ -82,7 +82,7 @@ class _Explorer:
         if graph.predicate(node_id).lemma == "of" and not in_clause:
             return
         self.visited.add(node_id)
-        clause = in_clause or _opens_clause(graph, node_id)
+        clause = in_clause or (not nested and _opens_clause(graph, node_id))
         yield from self._unit(node_id, inner=inner, in_clause=clause)
 
     def _unit(self, node_id: str, *, inner: list[str], in_clause: bool) -> Iterator[Unit]:
@@ -169,7 +169,7 @@ class _Explorer:
 
     def _on_landmark(self, landmark: str, *, in_clause: bool) -> Iterator[Unit]:
         for each in self._leaves(landmark):
-            yield from self.on(each, in_clause=in_clause)
+            yield from self.on(each, in_clause=in_clause, nested=True)
 
     def _leaves(self, x: str) -> list[str]:
         """Return the nouns of a landmark: its conjuncts, and what a side is of."""
@@ -181,7 +181,7 @@ class _Explorer:
         wholes.extend(graph.argument(each, "ARG2") for each in parts)
         return [x, *(leaf for whole in wholes if whole for leaf in self._leaves(whole))]
 
-    def _in_relative(self, x: str) -> Iterator[Unit]:
+    def _in_relative(self, x: str, *, in_clause: bool) -> Iterator[Unit]:
         """Yield the phrases of a clause that describes a noun: "the cube lying on the table"."""
         graph = self.graph
         clauses = [*graph.into(x), *graph.into(x, role="ARG2")]
@@ -190,7 +190,7 @@ class _Explorer:
                 self.visited.add(verb)
                 subject = graph.argument(verb, "ARG1")
                 loose = subject not in (None, x) and graph.predicate(verb).lemma not in _PLACING
-                for unit in self.on(verb, in_clause=True):
+                for unit in self.on(verb, in_clause=in_clause, nested=not in_clause):
                     yield replace(unit, loose=loose)
 
 

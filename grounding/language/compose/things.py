@@ -37,7 +37,7 @@ _SPLIT: Final = {
 _PERSONS: Final = {
     "i": ("1", "sg"), "me": ("1", "sg"), "myself": ("1", "sg"), "we": ("1", "pl"),
     "us": ("1", "pl"), "you": ("2", ""), "yourself": ("2", ""), "they": ("3", "pl"),
-    "them": ("3", "pl"),
+    "them": ("3", "pl"), "both": ("3", "pl"),
 }  # fmt: skip
 _GENDERS: Final = {"it": "n", "he": "m", "him": "m", "she": "f", "her": "f"}
 _QUANTIFYING_PARTS: Final = frozenset({"all", "some", "each", "both", "no", "none", "neither"})

@@ -33,7 +33,7 @@ def adverb_at(chart: Chart, i: int, *, closing: bool) -> tuple[Adverb | None, in
     if end > j:
         return Adverb(word=chart.joined(j, end)), end
     without = chart.after_phrase(j, name="without")
-    if without > j and closing:
+    if without > j:
         return _without(chart, j, i=without)
     if closing and chart.at(j).text == "where":
         return _where(chart, j)

@@ -37,7 +37,8 @@ def nominal_run(chart: Chart, i: int, *, opened: bool) -> list[int]:
     j = i
     while True:
         token = chart.at(j)
-        fixed = bool(run) and chart.after_phrase(j, name="phrases") > j
+        measured = bool(run) and chart.at(j).is_a("cardinals") and chart.at(j + 1).is_a("units")
+        fixed = measured or (bool(run) and chart.after_phrase(j, name="phrases") > j)
         if (
             fixed
             or _describes_from_behind(chart, j, run=run)
@@ -116,7 +117,7 @@ def _grades(chart: Chart, j: int) -> bool:
     """Whether a degree word stands before an adjective: "most", "very", "slightly"."""
     token = chart.at(j)
     if not is_adjective(chart.at(j + 1)):
-        return False
+        return token.text == "very" and bool(chart.at(j + 1).noun)
     return token.text in _GRADES or token.text in _INTENSIFIERS or _is_manner(token)
 
 

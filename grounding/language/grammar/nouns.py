@@ -12,7 +12,8 @@ from grounding.language.morphology import Degree, Form
 from grounding.language.words import unknown_noun
 
 _PRONOUNS: Final = {
-    "it": (3, False), "them": (3, True), "they": (3, True), "i": (1, False), "me": (1, False),
+    "it": (3, False), "both": (3, True),
+    "them": (3, True), "they": (3, True), "i": (1, False), "me": (1, False),
     "we": (1, True), "us": (1, True), "you": (2, False), "he": (3, False), "him": (3, False),
     "she": (3, False), "her": (3, False), "myself": (1, False), "yourself": (2, False),
     "someone": (3, False), "everyone": (3, False), "something": (3, False),
@@ -79,12 +80,22 @@ def _described(chart: Chart, i: int) -> Found[NounPhrase]:
     j = chart.after_phrase(i, name="phrases")
     if j > i and not is_nominal(chart, j, opened=True):
         return
-    j = i
-    while chart.at(j).is_a("determiners") and not _is_name(chart, j):
-        j += 1
+    j = _after_determiners(chart, i)
     determiner = j - 1 if j > i else None
     for core, end in _cores(chart, j, determiner=determiner):
         yield from _with_complements(chart, core, end=end)
+
+
+def _after_determiners(chart: Chart, i: int) -> int:
+    """Return where the determiners end: "all the", "the the" (said twice), but not "a the"."""
+    j = i
+    while chart.at(j).is_a("determiners") and not _is_name(chart, j):
+        before = chart.at(j - 1)
+        few = before.text == "a" and chart.at(j).text in ("few", "many")
+        if j > i and not (few or before.is_a("quantities") or before.text == chart.at(j).text):
+            return j
+        j += 1
+    return j
 
 
 def _is_name(chart: Chart, i: int) -> bool:
@@ -143,7 +154,7 @@ def _kind(chart: Chart, run: Sequence[int], *, determiner: int | None) -> Kind |
     token, before = chart.at(run[-1]), [chart.at(k) for k in run[:-1]]
     after_noun = bool(before) and not before[-1].adjective and not before[-1].is_a("ordinals")
     if token.text in ("one", "ones"):
-        alone = not before and (determiner is None or token.text == "ones")
+        alone = not before and determiner is None and token.text == "ones"
         return Kind.NUMBER if after_noun else (None if alone else Kind.ONE)
     if token.is_a("cardinals"):
         return Kind.NUMBER if after_noun else None
@@ -152,7 +163,8 @@ def _kind(chart: Chart, run: Sequence[int], *, determiner: int | None) -> Kind |
     colour = chart.words.classes.get(token.text) == "colour"
     if token.adjective or token.is_a("ordinals"):
         whole = all(not each.noun or each.adjective for each in before)
-        return Kind.ADJECTIVE if whole and (determiner is not None or colour) else None
+        marked = determiner is not None or (colour and not before)
+        return Kind.ADJECTIVE if whole and marked else None
     return None
 
 

@@ -25,6 +25,7 @@ from grounding.language.grammar.tree import (
 )
 from grounding.language.grammar.verbs import verb_phrases
 from grounding.language.morphology import Form
+from grounding.language.words import Token
 
 _TO_AFTER_BE: Final = frozenset({"going", "about", "able", "supposed", "ready", "meant", "sure"})
 
@@ -146,9 +147,10 @@ def with_adverbs(predicate: Predicate, *, adverbs: tuple[Adverb, ...]) -> Predic
 def _bare(chart: Chart, i: int, *, form: Form) -> Found[Predicate]:
     """Yield a predicate whose verb stands at `i`, with no adverbs before it."""
     token = chart.at(i)
-    if token.text in ("not", "never"):
-        for body, end in _SINGLE[form](chart, i + 1):
-            yield Negation(word=chart.word(i), body=body), end
+    start = _after_denial(chart, i)
+    if start > i:
+        for body, end in _SINGLE[form](chart, start):
+            yield Negation(word=chart.word(i, lemma=_denying(token)), body=body), end
         return
     lemma = token.verb(form)
     if lemma == "do":
@@ -159,6 +161,17 @@ def _bare(chart: Chart, i: int, *, form: Form) -> Found[Predicate]:
         if kind is form:
             yield from _control(chart, i, lemma=candidate)
     yield from verb_phrases(chart, i, form=form)
+
+
+def _after_denial(chart: Chart, i: int) -> int:
+    """Return where "not", "never" or "by no means" ends, or `i`."""
+    if chart.at(i).text in ("not", "never"):
+        return i + 1
+    return chart.after_phrase(i, name="negation_phrases")
+
+
+def _denying(token: Token) -> str:
+    return "never" if token.text == "never" else "not"
 
 
 def _do(chart: Chart, i: int) -> Found[Predicate]:

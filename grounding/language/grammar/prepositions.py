@@ -92,8 +92,17 @@ def _completed(
     if word.lemma == "to" and _is_infinitive(chart, end):
         return
     for found, after in landmark(chart, end):
+        if isinstance(found, NounPair) and not _is_list(found):
+            continue
         if not (chart.at(end).text in _SUBJECTS and chart.at(after).verbs):
             yield PrepPhrase(word=word, landmark=found), after
+
+
+def _is_list(pair: NounPair) -> bool:
+    """Whether landmarks have a conjunction before the last: "to the left, the cube" is no list."""
+    if pair.conjunction is not None:
+        return True
+    return isinstance(pair.right, NounPair) and _is_list(pair.right)
 
 
 def _is_infinitive(chart: Chart, i: int) -> bool:

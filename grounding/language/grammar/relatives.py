@@ -25,6 +25,7 @@ from grounding.language.morphology import Degree, Form
 Attribute = Adjective | AdjectivePair | PrepPhrase | VerbRelative
 Attributes = tuple[Attribute, ...]
 
+_QUALITIES: Final = frozenset({"color", "colour", "shape", "size"})
 _RELATIVE: Final = frozenset({"that", "which", "who", "whom"})
 _SUBJECTS: Final = frozenset({"i", "you", "we", "he", "she", "they"})
 _WITH_PHRASE: Final = frozenset(
@@ -43,10 +44,19 @@ def _relative(chart: Chart, i: int) -> Found[Attributes]:
         yield from _with_copula(chart, j + 1)
         yield from _with_subject(chart, j + 1)
         yield from _with_verb(chart, j + 1)
+    elif chart.at(j).text == "whose":
+        yield from _whose(chart, j + 1)
     else:
         if chart.at(j).text in _SUBJECTS:
             yield from _with_subject(chart, j)
         yield from _reduced(chart, j)
+
+
+def _whose(chart: Chart, i: int) -> Found[Attributes]:
+    """Yield "whose colour is red"; what is said of a part ("whose lid is red") is left out."""
+    for part, j in simple_noun(chart, i):
+        for attributes, end in _with_copula(chart, j):
+            yield (attributes if part.head.lemma in _QUALITIES else ()), end
 
 
 def _with_copula(chart: Chart, i: int) -> Found[Attributes]:

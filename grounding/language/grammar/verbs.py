@@ -138,12 +138,14 @@ def _gapped(chart: Chart, phrase: VerbPhrase, *, i: int, taking: bool) -> Found[
     """Yield "put the cup on the tray and the fork on the plate": the verb is said once."""
     if phrase.object is None or not phrase.phrases:
         return
-    j = i + chart.at(i).is_a("pause")
-    if chart.at(j).text != "and" or opens_predicate(chart, j + 1):
+    paused = chart.at(i).is_a("pause")
+    j = i + paused
+    start = j + (chart.at(j).text == "and")
+    if start == i or opens_predicate(chart, start):
         return
-    for taken, k in nominal(chart, j + 1):
+    for taken, k in nominal(chart, start):
         for tail, end in (tail_of_taking if taking else tail_of_others)(chart, k):
-            if not tail.phrases and not taking:
+            if not tail.phrases and (not taking or start == j):
                 continue
             second = VerbPhrase(
                 verb=phrase.verb, form=phrase.form, end=chart.at(end - 1).end, object=taken,
@@ -151,7 +153,8 @@ def _gapped(chart: Chart, phrase: VerbPhrase, *, i: int, taking: bool) -> Found[
                 phrases=tail.phrases, adverbs=tail.adverbs,
             )  # fmt: skip
             for right, after in (*_gapped(chart, second, i=end, taking=taking), (second, end)):
-                pair = PredicatePair(conjunction=chart.word(j), left=phrase, right=right)
+                word = chart.word(j) if start > j else None
+                pair = PredicatePair(conjunction=word, left=phrase, right=right)
                 yield pair, after
 
 
