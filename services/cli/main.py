@@ -1,6 +1,7 @@
 """The console script `gazemap`: finds a command, runs it, and says in one line what went wrong."""
 
 import importlib
+import io
 import os
 import sys
 from typing import Final, NoReturn
@@ -56,6 +57,9 @@ def main() -> None:
     from gazemap.errors import GazemapError
     from grounding.errors import GroundingError
 
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        # What is said as it happens is read as it happens, through a pipe too.
+        sys.stdout.reconfigure(line_buffering=True)
     try:
         cli.main(standalone_mode=False)
     except click.exceptions.Abort:
