@@ -9,6 +9,7 @@ import numpy as np
 
 from gazemap.geometry.arrays import ImageArray
 from gazemap.types.tracking import Scale
+from grounding.symbols.picture import draw_symbol
 from services.report.page import Picture, Section, write_page
 from services.report.picture import png_bytes
 from services.report.plan_pictures import timeline_figure
@@ -23,7 +24,13 @@ _PATCHES_SHOWN = 60
 def write_report(rebuilt: "Rebuilt", summary: Mapping[str, Any], path: Path) -> None:
     """Write report.html, one self-contained page."""
     plan = rebuilt.grounded.plan.to_json()
-    sections = [_timeline(rebuilt, plan), _scene(rebuilt), *_overhead(rebuilt), _patches(rebuilt)]
+    sections = [
+        _timeline(rebuilt, plan),
+        _scene(rebuilt),
+        *_overhead(rebuilt),
+        _patches(rebuilt),
+        _words(rebuilt),
+    ]
     shown = [section for section in sections if section.pictures]
     write_page(path, summary=summary, plan=plan, sections=shown)
 
@@ -73,6 +80,17 @@ def _patches(rebuilt: "Rebuilt") -> Section:
     ]
     note = f"{len(kept)} kept of {len(rebuilt.grounded.patches)} that were looked at."
     return Section(heading="Patches", note=note, pictures=pictures, is_gallery=True)
+
+
+def _words(rebuilt: "Rebuilt") -> Section:
+    model = rebuilt.grounded.symbols
+    pictures = [
+        Picture(title=f"what {word!r} means so far", png=draw_symbol(model, word))
+        for word in sorted(model.words)
+        if model.group_of(word) is not None
+    ]
+    note = "The features that tell each word best, beside the other words of its group."
+    return Section(heading="Words", note=note, pictures=pictures)
 
 
 def _png(image: ImageArray) -> bytes:
