@@ -11,6 +11,7 @@ import numpy as np
 
 from gazemap.geometry.camera import Camera
 from gazemap.geometry.pose import Pose
+from gazemap.types.session import LayoutTag
 
 CAMERA = Camera(
     width_px=400, height_px=300, K=[[330, 0, 199.5], [0, 330, 149.5], [0, 0, 1]], distortion=[]
@@ -56,6 +57,19 @@ def room(seed=0):
         plane([-0.6, 0.45, 0], [0.5, 0.05, 0], [0, 0, 0.3], seed + 1),
         plane([0.15, 0.4, 0], [0.45, -0.1, 0], [0, 0, 0.35], seed + 2),
     ]
+
+
+def tag(tag_id, centre, size):
+    """Return an AprilTag that lies on the table, and its entry of a layout."""
+    dictionary = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_APRILTAG_36h11)
+    texture = np.full((_TEXELS, _TEXELS), 255, np.uint8)
+    quarter = _TEXELS // 4
+    marker = cv2.aruco.generateImageMarker(dictionary, tag_id, 2 * quarter)
+    texture[quarter:-quarter, quarter:-quarter] = marker
+    # Rows of the texture run along its second axis: as printed, y is up.
+    corner = np.array(centre, float) + np.array([-size, size, 0.0])
+    sheet = Plane(corner, np.array([2 * size, 0, 0]), np.array([0, -2 * size, 0]), texture)
+    return sheet, LayoutTag(tag_id=tag_id, size_m=size, T_world_tag=Pose(R=np.eye(3), t=centre))
 
 
 def hall():

@@ -28,6 +28,7 @@ from gazemap.slam.live.motion import Motion
 from gazemap.slam.live.notes import Notes, depth_of, distance_from_keyframes
 from gazemap.slam.live.patches import Pyramid
 from gazemap.slam.live.pose_tracker import FramePose, PoseTracker
+from gazemap.slam.live.tag_start import TagStart
 from gazemap.slam.live.warm_up import warm_up_tracking
 from gazemap.slam.live.worker import ProcessLink
 from gazemap.types.frame import Frame
@@ -72,6 +73,7 @@ class LiveTracker:
             front_end=self._config.front_end,
             rng=rng if rng is not None else np.random.default_rng(0),
         )
+        self._tag_start = TagStart(camera, layout) if layout is not None else None
         self._poses = PoseTracker(camera, self._config.front_end)
         self._notes = Notes(self._config)
         self._motion: Motion | None = None
@@ -105,8 +107,10 @@ class LiveTracker:
 
     @property
     def scale(self) -> Scale:
-        """Whether the map is metric."""
-        return self._update.scale if self._update is not None else Scale.ARBITRARY
+        """Whether the map is metric; before there is one, poses come from tags, which are."""
+        if self._update is not None:
+            return self._update.scale
+        return Scale.ARBITRARY if self._tag_start is None else Scale.METRIC
 
     def points_world(self) -> FloatArray:
         """Return the points (N, 3) of the map as it is now."""
@@ -203,10 +207,10 @@ class LiveTracker:
     def _begin(self, grey: ImageArray, t_ns: int) -> TrackingOutcome:
         start = self._bootstrap.push(grey, t_ns)
         if start is None:
-            return Lost(t_ns=t_ns, reason=LostReason.STARTING)
+            return self._by_tags(grey, t_ns)
         reply = self._ask(self._notes.start(start, map_id=self._newest_map_id + 1))
         if not isinstance(reply, MapUpdate):
-            return Lost(t_ns=t_ns, reason=LostReason.STARTING)
+            return self._by_tags(grey, t_ns)
         self._bootstrap.reset()
         self._motion = Motion(reply.T_cam_world, t_ns)
         self._lost_since_ns = None
@@ -216,6 +220,19 @@ class LiveTracker:
         if isinstance(found, LostReason):
             return self._lost(t_ns, found)
         return self._tracked(found, t_ns)
+
+    def _by_tags(self, grey: ImageArray, t_ns: int) -> TrackingOutcome:
+        """Return the pose that the tags give while there is no map."""
+        is_their_world = self._update is None or self._update.scale is Scale.METRIC
+        fit = self._tag_start.pose(grey) if self._tag_start and is_their_world else None
+        if fit is None:
+            return Lost(t_ns=t_ns, reason=LostReason.STARTING)
+        return Tracked(
+            t_ns=t_ns,
+            T_world_cam=fit.T_cam_world.inverse(),
+            cov_cam=fit.cov_cam,
+            map_id=max(self._newest_map_id, 0),
+        )
 
     def _ask(self, note: Note) -> Reply:
         """Send a note and wait for its reply; no keyframe is pending then."""

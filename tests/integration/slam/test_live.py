@@ -11,8 +11,9 @@ from gazemap.slam.live.config import LiveConfig
 from gazemap.slam.live.tracker import LiveTracker
 from gazemap.types.frame import Frame
 from gazemap.types.map import MapEventKind
+from gazemap.types.session import TagLayout
 from gazemap.types.tracking import Lost, LostReason, Scale, Tracked
-from tests.planes import CAMERA, FRAME_NS, box_front, draw, hall, ring, room, swaying, turning
+from tests.planes import CAMERA, FRAME_NS, box_front, draw, hall, ring, room, swaying, tag, turning
 
 CONFIG = LiveConfig(in_process=True, lag_frames=3)
 BLANK = np.full((CAMERA.height_px, CAMERA.width_px), 7, np.uint8)
@@ -126,6 +127,22 @@ def test_a_carried_textured_box_does_not_bend_the_map(clean):
     table = table[(np.abs(table[:, 2]) < 0.03) & (np.abs(table[:, 0]) < 0.6)]
     assert len(table) > 30
     assert np.median(np.abs(table[:, 2])) < 2e-3
+
+
+def test_tags_give_the_pose_before_there_is_parallax_and_metres_after():
+    places = [(0, [-0.45, 0.2, 0.0]), (3, [0.4, 0.25, 0.0]), (7, [0.05, -0.3, 0.0])]
+    sheets, entries = zip(*(tag(k, centre, 0.09) for k, centre in places), strict=True)
+    layout = TagLayout(family="tag36h11", tags=entries)
+    moving = swaying(60)
+    poses = [moving[0]] * 10 + moving
+    images = [draw([*room(), *sheets], T) for T in poses]
+    with LiveTracker(CAMERA, layout=layout, config=CONFIG) as tracker:
+        outcomes = run(tracker, images)
+        assert tracker.scale is Scale.METRIC
+    assert all(isinstance(o, Tracked) for o in outcomes)
+    off = [np.linalg.norm(o.T_world_cam.t - T.t) for o, T in zip(outcomes, poses, strict=True)]
+    assert np.max(off[:10]) < 0.02
+    assert 1e-5 < np.median(off[-30:]) < 0.003
 
 
 def test_a_saved_map_is_loaded_and_recognised(clean, tmp_path):
