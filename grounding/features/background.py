@@ -20,6 +20,7 @@ from grounding.types import ImageArray
 Mask = NDArray[np.bool_]
 Image32 = NDArray[np.float32]
 
+_SUM: Final = np.ones((1, 3), np.float32)
 _BORDER: Final = 0.06  # of the shorter side
 _SHADOW: Final = 0.55  # a shadow on the table keeps at least this much of the light
 _MIN_RESIDUAL: Final = 13.0  # grey levels: below this two colours are not told apart
@@ -226,18 +227,15 @@ def _line_distance(
         factors: the stretch, darkest and brightest as factors of the colour.
         stray: how much of a difference in brightness along the stretch counts as distance.
     """
-    flat = pixels.reshape(-1, 3)
-    along, norm = flat @ bgr, np.float32(bgr @ bgr)
+    # not `@`: a product this flat wakes all of BLAS's threads for nothing
+    row = pixels.reshape(-1, 1, 3)
+    along, norm = cv2.transform(row, bgr[None]).ravel(), np.float32(bgr @ bgr)
     factor = np.clip(along / norm, np.float32(factors[0]), np.float32(factors[1]))
-    squared = _squared_length(flat) - factor * (2 * along - factor * norm)
+    squared = cv2.transform(row * row, _SUM).ravel() - factor * (2 * along - factor * norm)
     if stray:
         squared += np.float32(stray**2) * norm * (1 - factor) ** 2
     distance: Image32 = np.sqrt(np.maximum(squared, 0)).reshape(pixels.shape[:-1])
     return distance
-
-
-def _squared_length(flat: Image32) -> Image32:
-    return flat[:, 0] ** 2 + flat[:, 1] ** 2 + flat[:, 2] ** 2
 
 
 def _share(pixels: Image32, colour: _TableColour) -> float:
