@@ -31,14 +31,16 @@ class PlanConfig:
         over: least probability that an action is over, while the session goes on.
         sigma_m: largest horizontal standard deviation of a position a gripper can use.
         looks: least expected number of looks that speak for it.
+        looks_unseen: the same where vision has no instance of the target.
         candidate: least probability of a candidate that is named.
     """
 
-    sure: float = 0.9
+    sure: float = 0.95
     done: float = 0.8
     over: float = 0.9
     sigma_m: float = 0.02
     looks: float = 0.9
+    looks_unseen: float = 1.8
     candidate: float = 0.02
 
 
@@ -226,7 +228,7 @@ def _status(
     likely = [c for c in belief.candidates if c.probability >= config.candidate]
     if belief.start_ns is None or belief.done < 0.5:
         reason = "no look fits this instruction; it may not have been done"
-    elif belief.looks < config.looks:
+    elif not _is_seen(belief, config):
         reason = "too few looks at anything it may mean"
     elif target is None and len(likely) > 1:
         return Status.AMBIGUOUS, "several things fit"
@@ -238,8 +240,12 @@ def _status(
 
 
 def _was_done(belief: InstructionBelief, config: PlanConfig) -> bool:
-    seen = belief.start_ns is not None and belief.looks >= config.looks
-    return seen and belief.done >= config.done
+    return belief.start_ns is not None and _is_seen(belief, config) and belief.done >= config.done
+
+
+def _is_seen(belief: InstructionBelief, config: PlanConfig) -> bool:
+    has_instance = bool(belief.candidates) and belief.candidates[0].object_id is not None
+    return belief.looks >= (config.looks if has_instance else config.looks_unseen)
 
 
 def _question(spoken: SpokenInstruction, status: Status) -> str | None:

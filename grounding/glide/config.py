@@ -50,7 +50,7 @@ class GlideConfig:
     in_hand_weight: float = 0.15
     landmark_weight: float = 0.2
     unseen_prior: float = 0.03
-    skip_prior: float = 0.01
+    skip_prior: float = 0.05
     action_s: float = 2.0
     action_log_sigma: float = 0.6
     action_max_s: float = 15.0

@@ -46,7 +46,11 @@ def update(
 
 
 def _meanings(session: Session, beliefs: Beliefs, model: Model) -> FloatArray:
-    """Count how often each phrase meant each instance, eq. 18."""
+    """Count how often each phrase meant each instance, eq. 18.
+
+    A thing that another phrase already means is less likely meant by this one: people who learn
+    words assume so too (mutual exclusivity, Markman and Wachtel 1988).
+    """
     things = max(session.things_count, 1)
     counts = np.zeros((len(session.names.phrases), things))
     thing = session.rests.thing
@@ -60,7 +64,15 @@ def _meanings(session: Session, beliefs: Beliefs, model: Model) -> FloatArray:
             )
             np.add.at(counts[row], thing, share / len(session.names.landmarks_of_act[a]))
     counts += _MEANING_PRIOR / things
-    return np.asarray(counts / counts.sum(axis=1, keepdims=True))
+    owned = counts / (counts + _rivals(session) @ counts)
+    theta = counts * owned
+    return np.asarray(theta / theta.sum(axis=1, keepdims=True))
+
+
+def _rivals(session: Session) -> FloatArray:
+    """Return (N, N): 1 where two phrases do not mean one thing: neither only says more words."""
+    words = [frozenset(phrase) for phrase in session.names.phrases]
+    return np.array([[float(not (a <= b or b <= a)) for b in words] for a in words])
 
 
 def _geometry_only(share: FloatArray) -> FloatArray:
