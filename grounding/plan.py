@@ -32,6 +32,7 @@ class PlanConfig:
         sigma_m: largest horizontal standard deviation of a position a gripper can use.
         looks: least expected number of looks that speak for it.
         looks_unseen: the same where vision has no instance of the target.
+        fit: least share of the looks within actions that are at what they should be at.
         candidate: least probability of a candidate that is named.
     """
 
@@ -41,6 +42,7 @@ class PlanConfig:
     sigma_m: float = 0.02
     looks: float = 0.9
     looks_unseen: float = 1.8
+    fit: float = 0.55
     candidate: float = 0.02
 
 
@@ -172,7 +174,7 @@ def ground_instructions(
         unit_m: one metre in world units.
         open_end: the session goes on; what is put somewhere is settled when that is over.
     """
-    return tuple(
+    found = tuple(
         _ground(
             each,
             dataclasses.replace(belief, location=None)
@@ -182,6 +184,23 @@ def ground_instructions(
             unit_m=unit_m,
         )
         for each, belief in zip(spoken, alignment.instructions, strict=True)
+    )
+    return found if alignment.fit >= config.fit else tuple(_doubted(x, alignment) for x in found)
+
+
+def _doubted(each: GroundedInstruction, alignment: Alignment) -> GroundedInstruction:
+    """Take back what a gaze that does not go with the narration seems to say."""
+    if each.status is Status.UNGROUNDED:
+        return each
+    return dataclasses.replace(
+        each,
+        status=Status.UNGROUNDED,
+        confidence=each.confidence * alignment.fit,
+        target=None,
+        location=None,
+        question=None,
+        candidates=each.candidates or ((each.target,) if each.target else ()),
+        reason=f"gaze and narration do not go together: {alignment.fit:.0%} of the looks fit",
     )
 
 

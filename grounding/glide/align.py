@@ -28,6 +28,7 @@ class Alignment:
         looks: one label for each fixation, in time order.
         instructions: one belief for each spoken instruction, in the order said.
         log_evidence: log likelihood of the looks over that of no plan at all.
+        fit: share of the looks within actions that are at what the action is about.
         parameters: what was learnt from the session, or None where there was nothing to learn.
         effective_samples: of the Dirichlet inference; None for the exact one.
     """
@@ -35,6 +36,7 @@ class Alignment:
     looks: tuple[LookBelief, ...]
     instructions: tuple[InstructionBelief, ...]
     log_evidence: float
+    fit: float
     parameters: Parameters | None
     effective_samples: float | None = None
 
@@ -80,6 +82,7 @@ def align(
             reader.instruction(each, i, labels) for i, each in enumerate(demonstration.spoken)
         ),
         log_evidence=learnt.beliefs.log_evidence,
+        fit=float(learnt.beliefs.member.sum() / max(float(learnt.beliefs.inside.sum()), 1e-9)),
         parameters=learnt.parameters,
         effective_samples=learnt.effective_samples,
     )
@@ -148,5 +151,6 @@ def _nothing(demonstration: Demonstration, fixations: Sequence[FixationObservati
             for each in demonstration.spoken
         ),
         log_evidence=0.0,
+        fit=0.0,
         parameters=None,
     )

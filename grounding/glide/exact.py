@@ -22,6 +22,7 @@ class Beliefs:
         begins: (A, T + 1) of the first look of the action.
         ends: (A, T + 1) of its end.
         member: (A, T) that the look belongs to the action and to its target, location or landmark.
+        inside: (A,) expected looks in the action's segment, whatever they are at.
         on_place: (T, R) that the look is at the resting place as target or location of an action.
         on_landmark: (A, R) expected looks at each place as the action's landmark.
         unseen_position: for each action (G,) on its grid; the sum is that of being unseen.
@@ -35,6 +36,7 @@ class Beliefs:
     begins: FloatArray
     ends: FloatArray
     member: FloatArray
+    inside: FloatArray
     on_place: FloatArray
     on_landmark: FloatArray
     unseen_position: tuple[FloatArray, ...]
@@ -103,6 +105,7 @@ def read_looks(session: Session, model: Model, occupancy: Occupancy) -> Beliefs:
         begins=marks.begins,
         ends=marks.ends,
         member=np.minimum(looks.member, 1.0),
+        inside=marks.inside[..., :count].sum(axis=(1, 2, 3)),
         on_place=looks.on_place,
         on_landmark=looks.on_landmark,
         unseen_position=tuple(position),

@@ -61,6 +61,7 @@ def align_session(
     looks: list[LookBelief] = []
     beliefs: list[InstructionBelief] = []
     evidence, part = 0.0, None
+    fits: list[float] = []
     while len(beliefs) < count:
         window = _window(demonstration, fixations, config, first=len(beliefs), look=len(looks))
         is_last = window.past == count
@@ -75,10 +76,12 @@ def align_session(
         labelled = len(part.looks) if is_last else _looks_until(kept, part, fixations, window)
         looks += part.looks[:labelled]
         evidence += part.log_evidence
+        fits.append(part.fit)
     return Alignment(
         looks=tuple(looks),
         instructions=tuple(beliefs),
         log_evidence=evidence,
+        fit=float(np.median(fits)),
         parameters=part.parameters if part else None,
         effective_samples=part.effective_samples if part else None,
     )

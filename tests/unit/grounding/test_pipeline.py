@@ -134,3 +134,35 @@ def test_pddl_states_words_and_goals_with_balanced_parentheses(
     assert text.count("(") == text.count(")")
     assert f"(is-thing {scene.things[0]})" in text
     assert f"(at {scene.things[1]} place-1)" in text.split("(:goal")[1]
+
+
+def test_a_gaze_of_other_times_is_not_believed() -> None:
+    rng = np.random.default_rng(7)
+    drawn = draw_scene(SceneConfig(motion=True, times=True, sigma_m=0.01), rng)
+    looks = drawn.demonstration.fixations
+    order = rng.permutation(len(looks))
+    shuffled = [
+        dataclasses.replace(each, point_world=looks[k].point_world, cov_world=looks[k].cov_world)
+        for each, k in zip(looks, order, strict=True)
+    ]
+    grounded = ground_session(
+        dataclasses.replace(drawn.demonstration, fixations=shuffled), name="shuffled"
+    )
+    pairs = zip(grounded.looks, drawn.labels, strict=True)
+    right = [look.instruction == label for look, label in pairs if label is not None]
+    assert np.mean(right) < 0.4
+    assert all(each.status is not Status.GROUNDED for each in grounded.plan.instructions)
+
+
+def test_what_was_said_and_not_done_is_not_grounded(scene: Scene) -> None:
+    said = list(scene.demonstration.spoken)
+    more = dataclasses.replace(
+        said[0].instruction, target=("green", "ball"), location="green-ball-location"
+    )
+    said.insert(2, dataclasses.replace(said[0], instruction=more, said_start_ns=None))
+    said = [dataclasses.replace(each, index=i) for i, each in enumerate(said)]
+    plan = ground_session(
+        dataclasses.replace(scene.demonstration, spoken=said), name="drawn"
+    ).plan.instructions
+    assert plan[2].status is not Status.GROUNDED
+    assert [plan[i].status for i in (0, 1, 3, 4)] == [Status.GROUNDED] * 4
