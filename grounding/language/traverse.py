@@ -12,7 +12,7 @@ from typing import Final
 from delphin.eds import EDS
 
 from grounding.language.commands import Command, commands
-from grounding.language.drafts import Draft, Mention, Phrase, Reason, Refusal, refusal
+from grounding.language.drafts import Draft, Mention, Phrase, Reason, Reference, Refusal, refusal
 from grounding.language.graph import Graph, Part
 from grounding.language.lexicon import lexicon
 from grounding.language.mentions import ChoiceLeft, mentions
@@ -39,6 +39,8 @@ def traverse(eds: EDS, *, sentence: str, verbs: VerbTable) -> list[Draft] | Refu
     background: tuple[Mention, ...] = ()
     for each in found:
         result = each if isinstance(each, Refusal) else _draft(graph, each, events=events)
+        if isinstance(each, Command) and drafts and _lacks_object(result):
+            result = _elliptic(graph, each, after=drafts[-1]) or result
         if isinstance(result, Draft):
             drafts.append(replace(result, background=background))
         elif result.reason in (Reason.NEGATED, Reason.STATEMENT):
@@ -64,6 +66,24 @@ class _Object:
 
     node: str
     used: frozenset[str]
+
+
+def _lacks_object(result: Draft | Refusal) -> bool:
+    return isinstance(result, Refusal) and result.reason is Reason.NO_OBJECT
+
+
+def _elliptic(graph: Graph, command: Command, *, after: Draft) -> Draft | None:
+    """Return the draft of "and put on the table", whose object was said with the verb before."""
+    units = units_of(graph, [command.event], skipped=frozenset())
+    location, _ = _split(units, frame=command.entry.frame, front=graph.start(command.event))
+    if not location:
+        return None
+    plural = len(after.targets) > 1 or after.targets[0].plural
+    same = Mention(words=(), reference=Reference.PRONOUN, plural=plural, text=command.verb)
+    return Draft(
+        action=command.entry.action, verb=command.verb, targets=(same,), location=tuple(location),
+        relation=(),
+    )  # fmt: skip
 
 
 def _draft(graph: Graph, command: Command, *, events: frozenset[str]) -> Draft | Refusal:

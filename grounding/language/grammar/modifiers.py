@@ -80,10 +80,17 @@ def is_nominal(chart: Chart, i: int, *, opened: bool) -> bool:
     if token.noun or token.adjective or token.is_a("ordinals") or token.is_a("cardinals"):
         return True
     if not token.known or token.text in ("one", "ones"):
-        return not token.text.endswith("ly") or len(token.text) < 5
+        following = chart.at(i + 1)
+        manner = token.text.endswith("ly") and len(token.text) > 4
+        return not manner or (opened and bool(following.noun or _is_new(following)))
     if not opened or token.closed:
         return token.text == "a" and token.capital and i > 0
     return _is_verbal(chart, i)
+
+
+def _is_new(token: Token) -> bool:
+    """Whether a word is unknown, and no adverb."""
+    return bool(token.text) and not token.known and not token.text.endswith("ly")
 
 
 def _is_verbal(chart: Chart, i: int) -> bool:

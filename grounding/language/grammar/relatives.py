@@ -49,6 +49,8 @@ def _relative(chart: Chart, i: int) -> Found[Attributes]:
     else:
         if chart.at(j).text in _SUBJECTS:
             yield from _with_subject(chart, j)
+        elif chart.at(j).text == "the":
+            yield from _with_named_subject(chart, j)
         yield from _reduced(chart, j)
 
 
@@ -153,6 +155,15 @@ def _with_subject(chart: Chart, i: int) -> Found[Attributes]:
         verb = _verb(chart, k, forms=(*_FINITE, Form.PARTICIPLE, Form.GERUND))
         if verb is not None:
             yield from _verb_relative(chart, verb, i=k + 1, subject=subject)
+
+
+def _with_named_subject(chart: Chart, i: int) -> Found[Attributes]:
+    """Yield "the robot dropped" of "the cube the robot dropped": its verb must be in the past."""
+    for subject, j in simple_noun(chart, i):
+        token = chart.at(j)
+        verb = _verb(chart, j, forms=(Form.PAST,)) if token.verb(Form.PAST) else None
+        if verb is not None and not token.verb(Form.BASE) and not subject.after:
+            yield from _verb_relative(chart, verb, i=j + 1, subject=subject)
 
 
 def _with_verb(chart: Chart, i: int) -> Found[Attributes]:

@@ -75,14 +75,15 @@ def _framed(chart: Chart, verb: Word, *, form: Form, i: int) -> Found[Predicate]
     j = j if before else i
     changing = frozenset() if entry is None else entry.not_with
     tails = tail_of_taking if taking else tail_of_others
+    shifts = entry is not None and entry.frame is not Frame.SHOW
     for particle, start in _particles(chart, j, more=changing):
         more, begin = adverbs_at(chart, start) if particle is not None else ((), start)
-        for recipient, taken, after in _objects(chart, begin):
+        for taken, after in _objects(chart, begin, shifts=shifts):
             for tail, end in tails(chart, after):
                 phrase = VerbPhrase(
-                    verb=verb, form=form, end=chart.at(end - 1).end, object=taken,
+                    verb=verb, form=form, end=chart.at(end - 1).end, object=taken.object,
                     particle=particle or tail.particle, joined=particle is not None,
-                    recipient=recipient, phrases=tail.phrases,
+                    recipient=taken.recipient, phrases=(*taken.phrases, *tail.phrases),
                     adverbs=(*before, *more, *tail.adverbs),
                 )  # fmt: skip
                 yield from _gapped(chart, phrase, i=end, taking=taking)
@@ -105,17 +106,41 @@ def _particles(chart: Chart, i: int, *, more: frozenset[str]) -> Iterator[tuple[
     yield None, i
 
 
-def _objects(chart: Chart, i: int) -> Iterator[tuple[NounPhrase | None, Nominal | None, int]]:
-    """Yield (recipient, object, end); without an object both are None."""
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Taken:
+    """What a verb takes; all empty where it stands alone."""
+
+    object: Nominal | None = None
+    recipient: NounPhrase | None = None
+    phrases: tuple[PrepPhrase, ...] = ()
+
+
+def _objects(chart: Chart, i: int, *, shifts: bool) -> Found[_Taken]:
+    """Yield a recipient and an object, an object, a phrase before an object, or nothing."""
+    yield from _with_recipient(chart, i)
+    for taken, end in nominal(chart, i):
+        if not (end == i + 1 and chart.at(i).is_a("places")):
+            yield _Taken(object=taken), end
+    if shifts:
+        yield from _shifted(chart, i)
+    yield _Taken(), i
+
+
+def _with_recipient(chart: Chart, i: int) -> Found[_Taken]:
+    """Yield "me the cup"."""
     for recipient, j in simple_noun(chart, i):
         if _may_receive(chart, recipient):
             for taken, end in nominal(chart, j):
                 if recipient.head.lemma in _BARE_OBJECT or _has_determiner(taken):
-                    yield recipient, taken, end
-    for taken, end in nominal(chart, i):
-        if not (end == i + 1 and chart.at(i).is_a("places")):
-            yield None, taken, end
-    yield None, None, i
+                    yield _Taken(object=taken, recipient=recipient), end
+
+
+def _shifted(chart: Chart, i: int) -> Found[_Taken]:
+    """Yield "on the block the cube" of "put on the block the cube"."""
+    for phrase, j in single_prep_phrase(chart, i):
+        for taken, end in nominal(chart, j):
+            if _has_determiner(taken):
+                yield _Taken(object=taken, phrases=(phrase,)), end
 
 
 _BARE_OBJECT: Final = frozenset({"me", "us", "him", "them"})
