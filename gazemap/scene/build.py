@@ -1,18 +1,21 @@
 """The scene stage: from a session and its path to surface and objects."""
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 
+from gazemap.errors import ConventionError
 from gazemap.geometry.arrays import FloatArray
 from gazemap.geometry.pose import Overhead, Pose, World
 from gazemap.ports import Progress, Session
 from gazemap.scene.config import SceneConfig
+from gazemap.scene.crops import PosedCamera
 from gazemap.scene.live import LiveObjects
 from gazemap.scene.rectified import RectifiedTable
-from gazemap.scene.surface import table_mesh, with_boxes
+from gazemap.scene.surface import TablePainter, table_mesh, with_boxes
 from gazemap.types.frame import Frame
-from gazemap.types.scene import SceneModel
+from gazemap.types.scene import Mesh, SceneModel
 from gazemap.types.session import TagLayout
 from gazemap.types.tracking import Trajectory
 
@@ -37,19 +40,14 @@ def build_scene(
         progress: told how many overhead frames are done.
     """
     outline_xy = table_outline(session.data.tags, margin_m=config.margin_m)
+    flat = table_mesh(outline_xy)
     if session.overhead_camera is not None and T_world_overhead is not None:
-        live = LiveObjects(
-            session.overhead_camera,
-            T_world_overhead,
-            config,
-            outline_xy=outline_xy,
-            marks=session.data.tags,
-        )
-        _replay(session, trajectory, live, config=config, progress=progress)
+        rig = _Watch.from_overhead(session, T_world_overhead, flat, config)
+        _replay(session, trajectory, rig, config=config, progress=progress)
     else:
-        live = _replay_heads(session, trajectory, outline_xy, config=config, progress=progress)
-    objects = live.objects
-    background = table_mesh(outline_xy)
+        rig = _replay_heads(session, trajectory, flat, config=config, progress=progress)
+    rig.live.finish()
+    background, objects = rig.painter.painted(), rig.live.objects
     return SceneModel(
         mesh=with_boxes(background, objects),
         background=background,
@@ -57,6 +55,37 @@ def build_scene(
         T_world_overhead=T_world_overhead,
         surface_sigma_m=config.surface_sigma_m,
     )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Watch:
+    """What takes the views from above."""
+
+    live: LiveObjects
+    painter: TablePainter
+
+    @staticmethod
+    def from_overhead(
+        session: Session, T_world_overhead: Pose[World, Overhead], flat: Mesh, config: SceneConfig
+    ) -> "_Watch":
+        """Watch through the overhead camera."""
+        camera = session.overhead_camera
+        if camera is None:
+            raise ConventionError("_Watch.from_overhead: a session with an overhead camera wanted")
+        view = PosedCamera.of(camera, T_world_overhead, is_overhead=True)
+        live = LiveObjects(
+            camera,
+            T_world_overhead,
+            config,
+            outline_xy=flat.vertices_world[[0, -1], :2],
+            marks=session.data.tags,
+        )
+        return _Watch(live=live, painter=TablePainter(flat, view))
+
+    def add(self, frame: Frame) -> None:
+        """Take one frame from above."""
+        self.live.add(frame)
+        self.painter.add(frame)
 
 
 def table_outline(tags: TagLayout | None, *, margin_m: float) -> FloatArray:
@@ -70,34 +99,34 @@ def table_outline(tags: TagLayout | None, *, margin_m: float) -> FloatArray:
 def _replay(
     session: Session,
     trajectory: Trajectory,
-    live: LiveObjects,
+    watch: _Watch,
     *,
     config: SceneConfig,
     progress: Progress,
 ) -> None:
-    """Give the frames of both cameras to the live objects in the order of time."""
+    """Give the frames of both cameras to the objects in the order of time."""
     heads = _spaced(session.scene_frames(), period_s=config.head_period_s)
     head = next(heads, None)
     for frame in session.overhead_frames():
-        live.add(frame)
+        watch.add(frame)
         while head is not None and head.t_ns <= frame.t_ns:
             T_world_cam = trajectory.at(head.t_ns)
             if T_world_cam is not None:
-                live.add_view(head, session.scene_camera, T_world_cam)
+                watch.live.add_view(head, session.scene_camera, T_world_cam)
             head = next(heads, None)
         progress("scene", frame.index + 1, 0)
-    live.finish()
 
 
 def _replay_heads(
     session: Session,
     trajectory: Trajectory,
-    outline_xy: FloatArray,
+    flat: Mesh,
     *,
     config: SceneConfig,
     progress: Progress,
-) -> LiveObjects:
+) -> _Watch:
     """Find objects from the head camera alone: its frames drawn on the table stand in."""
+    outline_xy = flat.vertices_world[[0, -1], :2]
     table = RectifiedTable(outline_xy)
     live = LiveObjects(
         table.camera,
@@ -107,15 +136,15 @@ def _replay_heads(
         marks=session.data.tags,
         is_rectified=True,
     )
+    view = PosedCamera.of(table.camera, table.T_world_overhead, is_overhead=True)
+    watch = _Watch(live=live, painter=TablePainter(flat, view))
     for head in _spaced(session.scene_frames(), period_s=config.rectified_period_s):
         T_world_cam = trajectory.at(head.t_ns)
-        if T_world_cam is None:
-            continue
-        live.add(table.draw(head, session.scene_camera, T_world_cam))
-        live.add_view(head, session.scene_camera, T_world_cam)
+        if T_world_cam is not None:
+            watch.add(table.draw(head, session.scene_camera, T_world_cam))
+            live.add_view(head, session.scene_camera, T_world_cam)
         progress("scene", head.index + 1, len(session.scene_t_ns))
-    live.finish()
-    return live
+    return watch
 
 
 def _spaced(frames: Iterator[Frame], *, period_s: float) -> Iterator[Frame]:
