@@ -46,6 +46,9 @@ class Feature:
         resolution: the smallest difference that means anything, in `unit`.
         raw: kept for the paper's experiment; `robust` takes it only when nothing else of its
             family could be measured.
+        light_gain: the feature rises by `light_gain * (value + light_base)` when the light grows
+            by one natural logarithm.
+        light_base: see `light_gain`.
     """
 
     name: str
@@ -54,6 +57,8 @@ class Feature:
     measure: Callable[[MaskedPatch], float]
     resolution: float
     raw: bool = False
+    light_gain: float = 0.0
+    light_base: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -74,6 +79,8 @@ class PatchFeatures:
 
 
 def _colour_features() -> list[Feature]:
+    gains = {"grey level": 1 / 2.2, "L*": 1 / 3, "a*": 1 / 3, "b*": 1 / 3}  # gamma; CIELAB's root
+
     def entry(
         name: str, unit: str, measure: Callable[[MaskedPatch], float], resolution: float
     ) -> Feature:
@@ -84,6 +91,8 @@ def _colour_features() -> list[Feature]:
             measure=measure,
             resolution=resolution,
             raw=unit == "grey level",
+            light_gain=gains.get(unit, 0.0),
+            light_base=16.0 if unit == "L*" else 0.0,
         )
 
     channel, lab = colour.mean_channel, colour.lab

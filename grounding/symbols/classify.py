@@ -6,9 +6,9 @@ from typing import Final
 
 import numpy as np
 
-from grounding.features.registry import PatchFeatures
+from grounding.features.registry import PatchFeatures, features_named
 from grounding.symbols.calibration import p_values
-from grounding.symbols.density import GroupDensity, density, predictive
+from grounding.symbols.density import GroupDensity, LightSlope, density, predictive
 from grounding.symbols.model import Group, SymbolModel
 from grounding.symbols.records import Classification, Mode
 from grounding.types import FloatArray
@@ -89,7 +89,9 @@ def know_group(model: SymbolModel, group: Group) -> KnownGroup | None:
     columns = model.columns(group.features)
     moments = [model.words[word].moments for word in words]
     if model.config.mode is Mode.ROBUST:
-        words_density = predictive(moments, columns, model.config.robust.covariance_weight)
+        light = LightSlope.of(features_named(model.features), model.offset, model.unit)
+        weight = model.config.robust.covariance_weight
+        words_density = predictive(moments, columns, weight, light)
     else:
         variances = [np.diag(each.scatter)[columns] / each.weight for each in moments]
         words_density = density(

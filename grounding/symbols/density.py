@@ -2,12 +2,16 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 from scipy.special import gammaln
 
+from grounding.features.registry import Feature
 from grounding.symbols.model import Moments
 from grounding.types import FloatArray
+
+_LIGHT_SIGMA: Final = 0.35  # of the logarithm: the light is seldom more than twice as bright
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -82,7 +86,33 @@ def density(
     )
 
 
-def predictive(moments: Sequence[Moments], columns: Sequence[int], weight: float) -> GroupDensity:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class LightSlope:
+    """How scaled features (D,) rise with the logarithm of the light: gain * (value + base)."""
+
+    gain: FloatArray
+    base: FloatArray
+
+    @staticmethod
+    def of(features: Sequence[Feature], offset: FloatArray, unit: FloatArray) -> "LightSlope":
+        """Return the slope of features that are scaled by offset and unit (D,)."""
+        return LightSlope(
+            gain=np.array([feature.light_gain for feature in features]),
+            base=(offset + np.array([feature.light_base for feature in features])) / unit,
+        )
+
+    def spread(self, mean: FloatArray, columns: Sequence[int]) -> FloatArray:
+        """Return the covariance (d, d) that another light's brightness adds at a mean (D,)."""
+        slope = (_LIGHT_SIGMA * self.gain * (mean + self.base))[columns]
+        return np.outer(slope, slope)
+
+
+def predictive(
+    moments: Sequence[Moments],
+    columns: Sequence[int],
+    weight: float,
+    light: LightSlope | None = None,
+) -> GroupDensity:
     """Return the posterior predictive of words that share part of their spread.
 
     Each word's covariance is drawn towards the group's common one, that towards the features'
@@ -93,6 +123,7 @@ def predictive(moments: Sequence[Moments], columns: Sequence[int], weight: float
         moments: of each word, in scaled features.
         columns: the features to predict.
         weight: how many patches the common spread is worth.
+        light: for a patch under a light of another brightness; None for the same light.
     """
     grid = np.ix_(columns, columns)
     resolution = np.eye(len(columns))
@@ -104,6 +135,11 @@ def predictive(moments: Sequence[Moments], columns: Sequence[int], weight: float
         * (1 + 1 / (1 + each.effective))
         for each, scatter in zip(moments, scatters, strict=True)
     ]
+    if light is not None:
+        covariances = [
+            covariance + light.spread(each.mean, columns)
+            for each, covariance in zip(moments, covariances, strict=True)
+        ]
     dof = np.array([weight + each.weight for each in moments])
     return density([each.mean[columns] for each in moments], covariances, dof)
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from grounding.features.registry import Family
 from grounding.symbols.concepts import Concept, find_concepts, with_compounds
+from grounding.symbols.density import LightSlope
 from grounding.symbols.evidence import Corpus, gather, segment_table
 from grounding.symbols.model import MAX_EXAMPLES, Group, Moments, SymbolModel, Word
 from grounding.symbols.paper import fit_paper
@@ -126,6 +127,11 @@ def _evidence(
         word_count=len(concept.words),
         columns=columns,
         anything=anything,
+        light=LightSlope.of(
+            corpus.features,
+            np.zeros(len(corpus.features)),
+            np.array([feature.resolution for feature in corpus.features]),
+        ),
     )
     return evidence, rows
 

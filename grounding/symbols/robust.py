@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.special import expit
 
 from grounding.symbols.calibration import thinned
-from grounding.symbols.density import GroupDensity, density, predictive
+from grounding.symbols.density import GroupDensity, LightSlope, density, predictive
 from grounding.symbols.model import Moments
 from grounding.symbols.records import RobustConfig
 from grounding.types import FloatArray
@@ -43,6 +43,7 @@ class Evidence:
         word_count: K.
         columns: the group's features.
         anything: moments of all patches whatever was said.
+        light: how features change with the light.
     """
 
     samples: FloatArray
@@ -52,6 +53,7 @@ class Evidence:
     word_count: int
     columns: list[int]
     anything: Moments
+    light: LightSlope
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -152,7 +154,7 @@ def known_distances(evidence: Evidence, belief: Belief, config: RobustConfig) ->
         others[word] = others[word].plus(own.scaled(-1.0))
         if others[word].weight <= 0:
             continue
-        words = predictive(others, evidence.columns, config.covariance_weight)
+        words = predictive(others, evidence.columns, config.covariance_weight, evidence.light)
         typical = inside & (belief.typical > 0.5)
         chosen = evidence.samples[np.ix_(typical, evidence.columns)]
         found.append(np.sqrt(words.squared_distances(chosen)[:, word]))
