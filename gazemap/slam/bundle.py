@@ -69,7 +69,7 @@ def adjust(problem: BundleProblem) -> BundleSolution:
     options.ceres.loss_function_type = pycolmap.LossFunctionType.CAUCHY
     options.ceres.loss_function_scale = problem.cauchy_px
     options.ceres.solver_options.max_num_iterations = problem.iterations
-    options.ceres.solver_options.function_tolerance = 1e-5
+    options.ceres.solver_options.function_tolerance = 1e-4
     options.ceres.solver_options.num_threads = 1  # sums in a fixed order: the same to the bit
     config = pycolmap.BundleAdjustmentConfig()
     for image_id in rec.images:

@@ -22,7 +22,7 @@ from gazemap.slam.video import GreyVideo
 
 _OUTLIER_PX = 2.0
 _FEWEST_KEYFRAMES = 3
-_SHUTTER_ROUNDS = 3
+_SHUTTER_ROUNDS = 2
 _THREADS = 2
 _FRAMES_AHEAD = 8
 _NOTHING = PatchViews(point=np.empty(0, dtype=np.int64), uv_px=np.empty((0, 2)), zncc=np.empty(0))
