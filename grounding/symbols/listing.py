@@ -40,9 +40,9 @@ def read_labels(path: Path) -> list[ListedPatch]:
             name=row["image"],
             path=path.parent / row["image"],
             mm_per_px=_number(row, "mm_per_px", path, line),
-            symbols=tuple(row["symbols"].split()),
+            symbols=tuple(row["symbols"].lower().split()),
             segment=row.get("segment") or f"row {line}",
-            weight=min(1.0, _number(row, "weight", path, line) or 1.0),
+            weight=_weight(row, path, line),
         )
         for line, row in _rows(path, ("image", "symbols"))
     ]
@@ -78,16 +78,24 @@ def _rows(path: Path, wanted: tuple[str, ...]) -> list[tuple[int, dict[str, str]
         raise InputError(f"cannot be read ({error})", where=path, todo=todo) from error
 
 
-def _number(row: dict[str, str], name: str, path: Path, line: int) -> float | None:
+def _weight(row: dict[str, str], path: Path, line: int) -> float:
+    """Return the weight in [0, 1]; 1 for an empty field."""
+    weight = _number(row, "weight", path, line, zero_allowed=True)
+    return 1.0 if weight is None else min(1.0, weight)
+
+
+def _number(
+    row: dict[str, str], name: str, path: Path, line: int, *, zero_allowed: bool = False
+) -> float | None:
     """Return a positive number, or None for an empty field."""
-    text = row.get(name) or ""
+    text = (row.get(name) or "").strip()
     if not text:
         return None
     try:
         number = float(text)
     except ValueError:
         number = math.nan
-    if not (math.isfinite(number) and number > 0):
+    if not math.isfinite(number) or number < 0 or (number == 0 and not zero_allowed):
         raise InputError(
             f"{name} is {text!r}, expected a positive number",
             where=f"{path}, line {line}",

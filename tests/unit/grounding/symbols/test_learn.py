@@ -48,6 +48,12 @@ def test_what_was_learnt_holds_on_another_table_in_another_light(model: SymbolMo
     assert min(right.values()) >= 0.87
 
 
+@pytest.mark.parametrize("brightness", [0.6, 1.25])
+def test_colours_are_known_in_half_the_light_and_in_more(model: SymbolModel, brightness: float):
+    things = list(things_to_name(Scene(brightness=brightness), seed=9, rounds=4))
+    assert share_right(model, things)["colour", True] >= 0.9
+
+
 def test_wrong_segments_are_dropped_and_right_ones_kept(model: SymbolModel, trained: Trained):
     kept: dict[str, list[bool]] = {}
     for decision in model.decisions:
