@@ -77,7 +77,8 @@ def _prepositions(chart: Chart, i: int) -> Iterator[tuple[Word, int]]:
     if end > i:
         yield chart.joined(i, end), end
     token = chart.at(i)
-    if token.is_a("prepositions") and token.text not in _NO_PHRASE:
+    there = token.text in ("up", "down") and chart.at(i + 1).text in ("there", "here")
+    if there or (token.is_a("prepositions") and token.text not in _NO_PHRASE):
         yield chart.word(i), i + 1
 
 

@@ -117,7 +117,8 @@ class _Taken:
 
 def _objects(chart: Chart, i: int, *, shifts: bool) -> Found[_Taken]:
     """Yield a recipient and an object, an object, a phrase before an object, or nothing."""
-    yield from _with_recipient(chart, i)
+    gives = chart.at(i - 1).verb(Form.BASE) in chart.words.closed["recipient"]
+    yield from _with_recipient(chart, i, gives=gives)
     for taken, end in nominal(chart, i):
         if not (end == i + 1 and chart.at(i).is_a("places")):
             yield _Taken(object=taken), end
@@ -126,10 +127,10 @@ def _objects(chart: Chart, i: int, *, shifts: bool) -> Found[_Taken]:
     yield _Taken(), i
 
 
-def _with_recipient(chart: Chart, i: int) -> Found[_Taken]:
-    """Yield "me the cup"."""
+def _with_recipient(chart: Chart, i: int, *, gives: bool) -> Found[_Taken]:
+    """Yield "me the cup"; only what is given goes to an "it"."""
     for recipient, j in simple_noun(chart, i):
-        if _may_receive(chart, recipient):
+        if _may_receive(chart, recipient) and (gives or recipient.head.lemma != "it"):
             for taken, end in nominal(chart, j):
                 if recipient.head.lemma in _BARE_OBJECT or _has_determiner(taken):
                     yield _Taken(object=taken, recipient=recipient), end
@@ -190,10 +191,17 @@ def _tail_of_taking(chart: Chart, i: int) -> Found[Tail]:
 
 @tail_of_others.define
 def _tail_of_others(chart: Chart, i: int) -> Found[Tail]:
-    found = prep_phrase(chart, i)
+    found = (*prep_phrase(chart, i), *_along(chart, i))
     paired = [each for each in found if _starves(chart, each)]
     ordered = (*(each for each in found if each not in paired), *paired)
     yield from _tail(chart, i, rest=tail_of_others, phrases=ordered)
+
+
+def _along(chart: Chart, i: int) -> Found[PrepPhrase]:
+    """Yield "down the ramp": only behind an object are "up" and "down" prepositions."""
+    if chart.at(i).text in ("up", "down") and chart.at(i + 1).is_a("determiners"):
+        for landmark, end in simple_noun(chart, i + 1):
+            yield PrepPhrase(word=chart.word(i), landmark=landmark), end
 
 
 def _starves(chart: Chart, found: tuple[PrepPhrase, int]) -> bool:
