@@ -48,7 +48,8 @@ def detect_fixations(
     find = _by_velocity if config.method is FixationMethod.VELOCITY else _by_dispersion
     spans = [s for s in find(steady, config) if len(s) >= 3]
     spans = _merged(spans, steady, config)
-    spans = [part for s in spans for part in split_refixations(s, steady, config)]
+    if config.method is FixationMethod.VELOCITY:
+        spans = [part for s in spans for part in split_refixations(s, steady, config)]
     found = [s for s in spans if (t_ns[s[-1]] - t_ns[s[0]]) * 1e-9 >= config.min_duration_s]
     return tuple(_fixation(n + 1, s, steady, camera) for n, s in enumerate(found))
 
@@ -110,14 +111,16 @@ def _grown(span: IntArray, steady: SteadyGaze, noise_deg: float, width: int) -> 
     centre = np.median(steady.seen_from(np.full(len(span), span[0]), span), axis=0)
     limit = max(4.0 * noise_deg, 0.3)
 
-    def belongs(k: int) -> bool:
-        return bool(np.linalg.norm(steady.seen_from(span[:1], np.array([k]))[0] - centre) < limit)
+    def belongs(k: int, beside: int) -> bool:
+        is_next = abs(int(steady.t_ns[k] - steady.t_ns[beside])) <= _MAX_SAMPLE_GAP_S * 1e9
+        seen = steady.seen_from(span[:1], np.array([k]))[0]
+        return is_next and bool(np.linalg.norm(seen - centre) < limit)
 
     low, high = int(span[0]), int(span[-1])
     low_end, high_end = max(low - width, 0), min(high + width, len(steady.t_ns) - 1)
-    while low > low_end and belongs(low - 1):
+    while low > low_end and belongs(low - 1, low):
         low -= 1
-    while high < high_end and belongs(high + 1):
+    while high < high_end and belongs(high + 1, high):
         high += 1
     return np.arange(low, high + 1)
 
