@@ -1,9 +1,9 @@
 """Rule out segments that no likely explanation uses, so that the exact sums run over few.
 
-A forward and a backward pass with maxima in place of sums give, for every beginning of a segment,
-the best explanation of the whole session that uses it. Those that are worse than the very best by
-more than `_HOPELESS` add less than rounding to any posterior. The inner loops run along memory, so
-that the compiler takes several lengths at once.
+A backward pass with maxima in place of sums gives the best explanation from every beginning of a
+segment on; a forward pass adds what came before. Beginnings worse than the very best by more than
+`_HOPELESS` add less than rounding to any posterior; the forward pass leaves them out already. The
+inner loops run along memory, so that the compiler takes several lengths at once.
 """
 
 import numpy as np
@@ -22,30 +22,48 @@ def pruned(tables: Tables) -> Tables:
 
 @njit(cache=True)
 def _hopeful_starts(tb: Tables) -> FloatArray:
-    best = _best_forward(tb)
-    count = tb.duration.shape[1]
     acts, things = tb.log_theta.shape
+    count = tb.duration.shape[1]
+    through, bound = _best_backward(tb)
     start = np.full(tb.start.shape, NEVER)
+    best = np.full((things, count + 1), NEVER)
+    best[0] = np.arange(count + 1) * tb.stay[0] + tb.leave[0]
+    for a in range(acts):
+        into = _into(tb, best, a)
+        best[:] = NEVER
+        for h in hypotheses(tb, a):
+            hopeful = into[h] + through[a, h] > bound
+            start[a, h] = np.where(hopeful, tb.start[a, h], NEVER)
+            ended = _best_ended(tb, np.where(hopeful, into[h], NEVER), a, h)
+            ended = np.maximum(ended, into[h] + tb.skip[a])
+            run = NEVER
+            for t in range(count + 1):
+                run = max(run + tb.stay[a + 1], ended[t])
+                best[h, t] = run + tb.leave[a + 1]
+    return start
+
+
+@njit(cache=True)
+def _best_backward(tb: Tables) -> tuple[FloatArray, float]:
+    """Return the best log from each beginning on (A, H, T + 1), and what is hopeless."""
+    acts, things = tb.log_theta.shape
+    count = tb.duration.shape[1]
+    through = np.full((acts, things, count + 1), NEVER)
     future = np.full((things, count + 1), NEVER)
     future[:] = np.arange(count, -1, -1) * tb.stay[acts] + tb.leave[acts]
-    bound = best[acts, :, count].max() - _HOPELESS
     for a in range(acts - 1, -1, -1):
-        into = _into(tb, best, a)
         opens = np.full((things, count + 1), NEVER)
         for h in hypotheses(tb, a):
-            through = _best_opens(tb, future[h], a, h)
-            for s in range(count + 1):
-                if into[h, s] + through[s] > bound:
-                    start[a, h, s] = tb.start[a, h, s]
-                opens[h, s] = max(through[s], tb.skip[a, s] + future[h, s])
+            through[a, h] = _best_opens(tb, future[h], a, h)
+            opens[h] = np.maximum(through[a, h], tb.skip[a] + future[h])
         future = _future(tb, opens, a)
-    return start
+    return through, float(future[0, 0]) - _HOPELESS
 
 
 @njit(cache=True)
 def _into(tb: Tables, best: FloatArray, a: int) -> FloatArray:
     """Return (H, T + 1): the best log of everything before look s, where a begins with h."""
-    into: FloatArray = best[a].copy()
+    into: FloatArray = best.copy()
     if not tb.in_hand[a]:
         for s in range(into.shape[1]):
             into[:, s] = into[:, s].max() + tb.log_theta[a]
@@ -65,24 +83,6 @@ def _future(tb: Tables, opens: FloatArray, a: int) -> FloatArray:
             run = max(run + tb.stay[a], after[h, t] + tb.leave[a])
             after[h, t] = run
     return after
-
-
-@njit(cache=True)
-def _best_forward(tb: Tables) -> FloatArray:
-    """Return (A + 1, H, T + 1): the best log of the looks before t, actions before a done."""
-    acts, things = tb.log_theta.shape
-    count = tb.duration.shape[1]
-    best = np.full((acts + 1, things, count + 1), NEVER)
-    best[0, 0] = np.arange(count + 1) * tb.stay[0] + tb.leave[0]
-    for a in range(acts):
-        into = _into(tb, best, a)
-        for h in hypotheses(tb, a):
-            ended = _best_ended(tb, into[h], a, h)
-            run = NEVER
-            for t in range(count + 1):
-                run = max(run + tb.stay[a + 1], ended[t])
-                best[a + 1, h, t] = run + tb.leave[a + 1]
-    return best
 
 
 @njit(cache=True)
@@ -126,7 +126,7 @@ def _best_ended(tb: Tables, into: FloatArray, a: int, h: Index) -> FloatArray:
         out = ended[s : s + len(lasts)]
         for d in range(1, len(lasts)):
             out[d] = max(out[d], begin[s] + lasts[d])
-    best: FloatArray = np.maximum(ended + _ending(tb, a, h), into + tb.skip[a])
+    best: FloatArray = ended + _ending(tb, a, h)
     return best
 
 
