@@ -150,8 +150,8 @@ def _nouns(graph: Graph, x: str) -> list[str]:
 
 def _split(units: list[Unit], *, frame: Frame, front: int) -> tuple[list[Phrase], list[Phrase]]:
     """Return the phrases of the location and those that describe the target."""
-    fronted = [unit for unit in units if unit.start < front]
     behind = [unit for unit in units if unit.start >= front]
+    fronted = [unit for unit in units if unit.start < front and not (behind and _is_here(unit))]
     outside = [unit for unit in behind if not unit.in_clause]
     inside = [unit for unit in behind if unit.in_clause]
     if frame is Frame.TAKE:
@@ -167,6 +167,11 @@ def _split(units: list[Unit], *, frame: Frame, front: int) -> tuple[list[Phrase]
     if len(outside) > 1 and outside[0].preposition == "with":
         return _phrases([*fronted, *outside[1:]]), _phrases([outside[0], *inside])
     return _phrases([*fronted, *outside]), _phrases(inside)
+
+
+def _is_here(unit: Unit) -> bool:
+    """Whether a phrase is the "here" of "here I put it in the box", which says no place."""
+    return unit.phrase.parts == ("here",)
 
 
 def _first_source(units: list[Unit]) -> int:
