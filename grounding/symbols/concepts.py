@@ -101,7 +101,9 @@ def _adopt(concepts: list[Concept], table: SegmentTable) -> list[Concept]:
             words
             for words, known in sure.items()
             if not any(
-                _said_together(table, one, other) for one in concept.words for other in known.words
+                _exclude_a_group(table, one, other)
+                for one in concept.words
+                for other in known.words
             )
         ]
         if len(fits) == 1 < len(sure):
@@ -156,7 +158,7 @@ def _join(
     """Put a word into the group it is most like, or into a new one."""
 
     def likeness(group: list[str]) -> float:
-        if any(_said_together(table, word, other) for other in group):
+        if any(_exclude_a_group(table, word, other) for other in group):
             return -1.0
         joint = np.sum([profiles[other] for other in group], axis=0)
         norms = float(np.linalg.norm(joint) * np.linalg.norm(profiles[word]))
@@ -169,10 +171,21 @@ def _join(
         groups.append([word])
 
 
-def _said_together(table: SegmentTable, one: str, other: str) -> bool:
+def _exclude_a_group(table: SegmentTable, one: str, other: str) -> bool:
+    """Return whether two words cannot be of one group: what is said of things tells.
+
+    Words that are said together are of different groups; and a word that always stands alone is
+    a name for a thing, not one of the words that are said with others.
+    """
     both = np.count_nonzero(table.bears[one] & table.bears[other])
     rarer = min(np.count_nonzero(table.bears[one]), np.count_nonzero(table.bears[other]))
-    return bool(both > _SAID_TOGETHER * rarer)
+    return bool(both > _SAID_TOGETHER * rarer) or _is_alone(table, one) != _is_alone(table, other)
+
+
+def _is_alone(table: SegmentTable, word: str) -> bool:
+    """Return whether a word is never said with another."""
+    company = np.sum(list(table.bears.values()), axis=0)
+    return bool((company[table.bears[word]] == 1).all())
 
 
 def _profiles(

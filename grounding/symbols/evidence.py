@@ -55,8 +55,9 @@ def gather(patches: Sequence[LabelledPatch], names: Sequence[str]) -> Corpus:
     Raises:
         ConfigError: if a name is not in the registry.
     """
-    measured = [patch for patch in patches if isinstance(patch.features, PatchFeatures)]
-    rows = [patch.features.values for patch in patches if isinstance(patch.features, PatchFeatures)]
+    weighty = [patch for patch in patches if patch.weight > 0]
+    measured = [patch for patch in weighty if isinstance(patch.features, PatchFeatures)]
+    rows = [patch.features.values for patch in weighty if isinstance(patch.features, PatchFeatures)]
     table = np.array(rows).reshape(len(rows), len(FEATURES))
     chosen = features_named(names) if names else _default_features(table)
     places = [list(FEATURES).index(feature.name) for feature in chosen]
@@ -104,6 +105,8 @@ def _unusable(patches: Sequence[LabelledPatch], kept: set[int]) -> list[PatchDec
         if id(patch) in kept:
             continue
         features, reason = patch.features, "a feature could not be measured"
+        if patch.weight <= 0:
+            reason = "its label has no weight"
         if isinstance(features, NoObject):
             reason = str(features.reason)
         found.extend(

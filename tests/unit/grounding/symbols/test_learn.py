@@ -10,8 +10,16 @@ from grounding.symbols.classify import Classifier, classify
 from grounding.symbols.learn import fit_symbols
 from grounding.symbols.model import SymbolModel
 from grounding.symbols.records import LabelledPatch, RobustConfig, SymbolConfig
-from grounding.symbols.simulated import Scene, Table
-from tests.patches import Trained, relabelled, share_right, things_to_name, training_set
+from grounding.symbols.simulated import Scene, Shape, Table, Thing
+from tests.patches import (
+    COLOURS,
+    Trained,
+    features_of,
+    relabelled,
+    share_right,
+    things_to_name,
+    training_set,
+)
 
 Things = list[tuple[str, str, PatchFeatures]]
 
@@ -117,6 +125,49 @@ def test_a_low_weight_counts_for_little(trained: Trained):
     light = [replace(patch, weight=0.1) for patch in trained.patches]
     model = fit_symbols(light, SymbolConfig())
     assert model.words["red"].moments.weight < 0.11 * len(trained.patches)
+
+
+def test_no_weight_is_no_patch(trained: Trained):
+    nothing = [replace(patch, weight=0.0) for patch in trained.patches[:30]]
+    model = fit_symbols(nothing, SymbolConfig())
+    assert model.words == {}
+    assert {each.reason for each in model.decisions} == {"its label has no weight"}
+
+
+def test_a_name_for_one_thing_is_of_no_group(trained: Trained):
+    rng = np.random.default_rng(6)
+    mascots = [
+        LabelledPatch(
+            features=features_of(Thing(colour="purple", shape=Shape.WEDGE), Scene(), rng),
+            symbols=("mascot",),
+            segment=f"mascot {number // 4}",
+        )
+        for number in range(24)
+    ]
+    model = fit_symbols([*trained.patches, *mascots], SymbolConfig())
+    assert model.group_named("mascot").words == ("mascot",)
+    assert model.group_named("shape").words == ("block", "cell", "cube")
+    assert "lightness" not in model.group_named("shape").features
+
+
+def test_words_of_three_kinds_form_three_groups():
+    rng = np.random.default_rng(0)
+    patches = []
+    for segment in range(36):
+        size = ("small", "big")[rng.integers(2)]
+        colour = COLOURS[rng.integers(3)]
+        shape = (Shape.DISC, Shape.CUBE, Shape.TRIANGLE)[rng.integers(3)]
+        thing = Thing(colour=colour, shape=shape, size=1.3 if size == "big" else 0.7)
+        patches += [
+            LabelledPatch(
+                features=features_of(thing, Scene(), rng),
+                symbols=(size, colour, str(shape)),
+                segment=str(segment),
+            )
+            for _ in range(3)
+        ]
+    groups = {group.words for group in fit_symbols(patches, SymbolConfig()).groups}
+    assert groups == {("big", "small"), ("blue", "red", "yellow"), ("cube", "disc", "triangle")}
 
 
 def test_synonyms_become_one_word(trained: Trained):
