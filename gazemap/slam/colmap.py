@@ -25,7 +25,7 @@ def write_colmap(result: SlamResult, folder: Path) -> None:
     """
     import pycolmap
 
-    model, parameters = _model(result.camera)
+    model, parameters = colmap_camera(result.camera)
     rec = pycolmap.Reconstruction()
     rec.add_camera_with_trivial_rig(
         pycolmap.Camera(
@@ -56,7 +56,8 @@ def write_colmap(result: SlamResult, folder: Path) -> None:
         rec.write_binary(str(partial))
 
 
-def _model(camera: Camera) -> tuple[str, list[float]]:
+def colmap_camera(camera: Camera) -> tuple[str, list[float]]:
+    """Return COLMAP's name of a camera's model and its parameters; PINHOLE where it has none."""
     K, distortion = camera.K, camera.distortion.tolist()
     pinhole = [K[0, 0], K[1, 1], K[0, 2] + _HALF_PIXEL, K[1, 2] + _HALF_PIXEL]
     if camera.lens is LensModel.FISHEYE:
