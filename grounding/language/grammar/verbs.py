@@ -162,11 +162,12 @@ def _has_determiner(taken: Nominal) -> bool:
 
 def _gapped(chart: Chart, phrase: VerbPhrase, *, i: int, taking: bool) -> Found[Predicate]:
     """Yield "put the cup on the tray and the fork on the plate": the verb is said once."""
-    if phrase.object is None or not phrase.phrases:
+    if phrase.object is None or not (phrase.phrases or phrase.adverbs):
         return
     paused = chart.at(i).is_a("pause")
     j = i + paused
     start = j + (chart.at(j).text == "and")
+    start += chart.at(start).text == "then"
     if start == i or opens_predicate(chart, start):
         return
     for taken, k in nominal(chart, start):
