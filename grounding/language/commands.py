@@ -94,7 +94,7 @@ class _Finder:
         elif graph.part(node_id) is Part.VERB:
             yield from self._verb(node_id, context=context)
         elif graph.label(node_id) == "neg" or graph.predicate(node_id).lemma in _DENYING:
-            yield from self._below(node_id, context=replace(context, denied=not context.denied))
+            yield from self._below(node_id, context=replace(context, denied=True))
         else:
             yield from self._other(node_id, context=context)
 

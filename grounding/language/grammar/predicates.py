@@ -59,20 +59,25 @@ def _row(
     chart: Chart, i: int, *, single: Rule[Predicate], more: Rule[Predicate]
 ) -> Found[Predicate]:
     for left, j in single(chart, i):
-        denied = isinstance(left, Negation)
+        denied = isinstance(left, Negation) and _spreads(chart, left)
         for word, k in connectors(chart, j):
             if denied and (word is None or word.lemma not in ("and", "or", "nor")):
                 continue
             for right, end in more(chart, k):
-                yield _paired(left, right=right, word=word), end
+                yield _paired(left, right=right, word=word, spreads=denied), end
         yield left, j
 
 
-def _paired(left: Predicate, *, right: Predicate, word: Word | None) -> Predicate:
+def _spreads(chart: Chart, denial: Negation) -> bool:
+    """Whether a denial reaches over "and": "do not" does, "stop taking" ends with its gerund."""
+    return denial.word.lemma not in chart.words.control["not_gerund"]
+
+
+def _paired(left: Predicate, *, right: Predicate, word: Word | None, spreads: bool) -> Predicate:
     borrowed = _first_verb(right)
     if isinstance(left, VerbPhrase) and left.object is None and not left.phrases and borrowed:
         left = replace(left, object=borrowed.object)
-    if isinstance(left, Negation):
+    if isinstance(left, Negation) and spreads:
         body = PredicatePair(conjunction=word, left=left.body, right=right)
         return Negation(word=left.word, body=body)
     return PredicatePair(conjunction=word, left=left, right=right)

@@ -75,3 +75,13 @@ def test_other_scripts_are_no_instruction(text):
 def test_a_denied_command_is_never_carried_out(verb, noun):
     for denial in ("do not", "don't", "never", "please don't", "you must not", "I would not"):
         assert check(f"{denial} {verb} the {noun}").instructions == ()
+
+
+@settings(max_examples=100, deadline=None)
+@given(
+    st.lists(st.sampled_from(["push the cube", "take it", "open the box"]), min_size=2, max_size=5),
+    st.sampled_from(["don't", "never", "do not"]),
+    st.sampled_from([" and ", ", ", ", and ", " or ", ". "]),
+)
+def test_several_denials_never_make_a_command(commands, denial, link):
+    assert check(link.join(f"{denial} {each}" for each in commands)).instructions == ()
