@@ -3,6 +3,9 @@
 import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Final
+
+import numpy as np
 
 from grounding.glide.config import GlideConfig
 from grounding.glide.model import Demonstration
@@ -20,6 +23,9 @@ from grounding.symbols.model import SymbolModel
 from grounding.symbols.records import SymbolConfig
 from grounding.symbols.session import learn_from_patches
 from grounding.words import heed_words
+
+METRIC: Final = "metric"
+_LOOKING_DISTANCE_M: Final = 0.7
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -57,7 +63,7 @@ def ground_session(  # noqa: PLR0913  all that a session is, by name
     config: GroundingConfig | None = None,
     *,
     name: str,
-    scale: str = "metric",
+    scale: str = METRIC,
     unparsed: Sequence[Unparsed] = (),
     view: View | None = None,
     open_end: bool = False,
@@ -76,7 +82,7 @@ def ground_session(  # noqa: PLR0913  all that a session is, by name
     Returns:
         The plan, the labels of the fixations, the patches and what the words mean.
     """
-    config = config or GroundingConfig()
+    config = _scaled(config or GroundingConfig(), demonstration, scale=scale)
     alignment = align_session(demonstration, config.glide, open_end=open_end)
     instructions = ground_instructions(
         demonstration.spoken,
@@ -94,6 +100,8 @@ def ground_session(  # noqa: PLR0913  all that a session is, by name
     )
     showings = showings_of(plan, demonstration.objects, demonstration.fixations, config.patches)
     patches = cut_patches(showings, view, config.patches) if view is not None else []
+    if scale != METRIC:
+        patches = [dataclasses.replace(p, mm_per_px=None, height_mm=None) for p in patches]
     symbols = learn_from_patches(patches, config.symbols)
     return SessionGrounding(
         plan=heed_words(with_patches(plan, patches), patches, symbols),
@@ -102,6 +110,30 @@ def ground_session(  # noqa: PLR0913  all that a session is, by name
         symbols=symbols,
         relations=demonstrations_of(
             demonstration.spoken, alignment.instructions, heading_rad=demonstration.heading_rad
+        ),
+    )
+
+
+def _scaled(
+    config: GroundingConfig, demonstration: Demonstration, *, scale: str
+) -> GroundingConfig:
+    """Return the configuration with the constants of the model in the units of the world.
+
+    Where the scale is arbitrary, a metre is guessed from how far away people look on a table.
+    """
+    far = [
+        float(np.linalg.norm(each.point_world - each.origin_world))
+        for each in demonstration.fixations
+        if each.point_world is not None and each.origin_world is not None
+    ]
+    if scale == METRIC or not far:
+        return config
+    unit_m = float(np.median(far)) / _LOOKING_DISTANCE_M
+    return dataclasses.replace(
+        config,
+        glide=dataclasses.replace(config.glide, scene_unit_m=unit_m),
+        patches=dataclasses.replace(
+            config.patches, unseen_size_m=config.patches.unseen_size_m * unit_m
         ),
     )
 

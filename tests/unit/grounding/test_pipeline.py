@@ -166,3 +166,25 @@ def test_what_was_said_and_not_done_is_not_grounded(scene: Scene) -> None:
     ).plan.instructions
     assert plan[2].status is not Status.GROUNDED
     assert [plan[i].status for i in (0, 1, 3, 4)] == [Status.GROUNDED] * 4
+
+
+def test_an_arbitrary_scale_changes_no_label() -> None:
+    config = SceneConfig(pairs=2, sigma_m=0.01, times=True)
+    drawn = draw_scene(config, np.random.default_rng(11))
+    eye = np.array([0.0, -0.5, 0.5])
+
+    def grounded(factor: float, scale: str) -> list[int | None]:
+        looks = [
+            dataclasses.replace(
+                each,
+                point_world=factor * each.point_world,
+                cov_world=factor**2 * each.cov_world,
+                origin_world=factor * eye,
+            )
+            for each in drawn.demonstration.fixations
+            if each.point_world is not None and each.cov_world is not None
+        ]
+        shown = dataclasses.replace(drawn.demonstration, fixations=looks, objects=[])
+        return [x.instruction for x in ground_session(shown, name="s", scale=scale).looks]
+
+    assert grounded(7.3, "arbitrary") == grounded(1.0, "arbitrary")
