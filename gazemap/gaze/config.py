@@ -31,13 +31,13 @@ class FixationConfig:
 
     method: FixationMethod = FixationMethod.VELOCITY
     window_s: float = 0.03
-    min_jump_deg: float = 0.9
+    min_jump_deg: float = 0.6
     noise_factor: float = 4.0
     dispersion_deg: float = 1.5
     split_penalty: float = 8.0
     merge_gap_s: float = 0.075
     merge_deg: float = 0.25
-    min_duration_s: float = 0.08
+    min_duration_s: float = 0.1
     assumed_distance_m: float = 1.0
 
 

@@ -14,6 +14,7 @@ from gazemap.scene.crops import PosedCamera
 from gazemap.scene.live import LiveObjects
 from gazemap.scene.rectified import RectifiedTable
 from gazemap.scene.surface import TablePainter, table_mesh, with_boxes
+from gazemap.scene.surroundings import add_surroundings
 from gazemap.types.frame import Frame
 from gazemap.types.scene import Mesh, SceneModel
 from gazemap.types.session import TagLayout
@@ -47,7 +48,8 @@ def build_scene(
     else:
         rig = _replay_heads(session, trajectory, flat, config=config, progress=progress)
     rig.live.finish()
-    background, objects = rig.painter.painted(), rig.live.objects
+    background = add_surroundings(rig.painter.painted(), session, trajectory, config)
+    objects = rig.live.objects
     return SceneModel(
         mesh=with_boxes(background, objects),
         background=background,

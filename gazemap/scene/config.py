@@ -85,6 +85,8 @@ class SceneConfig:
         head_period_s: head frames are looked at this far apart.
         rectified_period_s: the same where there is no overhead camera and they stand in for it.
         margin_m: the table goes on for so long beyond its outermost tags.
+        depth_period_s: depth images are fused this far apart.
+        voxel_m: the fused surface is as fine as this.
         surface_sigma_m: standard deviation of the table along its normal.
     """
 
@@ -94,4 +96,6 @@ class SceneConfig:
     head_period_s: float = 0.15
     rectified_period_s: float = 0.1
     margin_m: float = 0.10
+    depth_period_s: float = 0.5
+    voxel_m: float = 0.008
     surface_sigma_m: float = 0.0005
