@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from gazemap.errors import SolverError
 from gazemap.geometry.arrays import FloatArray, IntArray
 from gazemap.slam.config import SlamConfig
 from gazemap.slam.structure import Structure, intersect_rays
@@ -128,7 +129,10 @@ def _try(
     between = np.linspace(pair.first, pair.second, 5).astype(int)[1:-1]
     for k in sorted(set(between.tolist()) - {pair.first, pair.second}):
         structure.locate(k, min_inliers=config.min_inliers)
-    structure.adjust(cauchy_px=config.bundle_cauchy_px)
+    try:
+        structure.adjust(cauchy_px=config.bundle_cauchy_px)
+    except SolverError:
+        return 0
     return int((structure.residual_px() < _RANSAC_PX).sum())
 
 

@@ -73,4 +73,4 @@ class SlamConfig:
     final_cauchy_px: float = 0.25
     min_inliers: int = 15
     min_parallax_deg: float = 1.5
-    memory_bytes: int = 600_000_000
+    memory_bytes: int = 500_000_000

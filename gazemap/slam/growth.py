@@ -1,9 +1,14 @@
 """From the first views to all keyframes: pose the best-seen next one, triangulate, adjust."""
 
+import logging
+
 import numpy as np
 
+from gazemap.errors import SolverError
 from gazemap.slam.config import SlamConfig
 from gazemap.slam.structure import Structure
+
+_log = logging.getLogger(__name__)
 
 _GROWTH_BETWEEN_ADJUSTMENTS = 1.5
 _QUICK_ITERATIONS = 10
@@ -41,7 +46,11 @@ def _extend(structure: Structure, config: SlamConfig) -> None:
 
 
 def _settle(structure: Structure, config: SlamConfig) -> None:
-    structure.adjust(cauchy_px=config.bundle_cauchy_px, iterations=_QUICK_ITERATIONS)
+    try:
+        structure.adjust(cauchy_px=config.bundle_cauchy_px, iterations=_QUICK_ITERATIONS)
+    except SolverError as error:
+        # The map is as it was before; more keyframes may hold it better.
+        _log.warning("%s with %d keyframes", error, structure.is_posed.sum())
     _triangulate(structure, config)
 
 

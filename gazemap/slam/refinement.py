@@ -72,6 +72,10 @@ def refine(
         [rough.found[f] for f in skeleton.frames], candidates, camera=camera, config=config.patch
     )
     rough = _narrowed(rough, kept)
+    if len(kept) < config.min_inliers:
+        # Too blurred or too changed for patches: the path by corners is what there is.
+        rough.is_good[:] = False
+        return rough
     _adjust_all(rough, search)
     fine = search.run(
         rough.selected, points_map=rough.points_map, frames=np.flatnonzero(path.is_posed),

@@ -8,7 +8,6 @@ from gazemap.slam.bundle import BundleProblem, adjust
 from gazemap.slam.pose_solver import PoseFit, fit_pose
 
 _OUTLIER_PX = 3.0
-_SLOWEST_GROWTH = 1.5
 
 
 class Structure:
