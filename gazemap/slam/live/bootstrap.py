@@ -107,13 +107,19 @@ class Bootstrap:
         if np.median(flow_px) < self._config.least_flow_px:
             return None
         xy = self._camera.normalize(first.uv_px[rows]), self._camera.normalize(last.uv_px[rows])
-        if _turn_residual(*xy) * float(self._camera.K[0, 0]) < self._config.least_parallax_px:
+        if _turn_residual(*xy) * float(self._camera.K[0, 0]) < self._needed_parallax_px():
             return None
         cv2.setRNGSeed(int(self._rng.integers(2**31)))
         geometry = _best_geometry(*xy, threshold=_THRESHOLD_PX / float(self._camera.K[0, 0]))
         if geometry is None or geometry.parallax_deg < self._config.least_parallax_deg:
             return None
         return self._posed(rows[geometry.good], geometry)
+
+    def _needed_parallax_px(self) -> float:
+        """Return what falls with time: a better start is worth some frames, not many."""
+        config = self._config
+        waited = min((len(self._snapshots) - 1) / config.patience_frames, 1.0)
+        return (1 - waited) * config.wanted_parallax_px + waited * config.least_parallax_px
 
     def _posed(
         self, rows: np.ndarray[tuple[int], np.dtype[np.int64]], geometry: _Geometry

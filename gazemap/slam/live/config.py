@@ -40,14 +40,18 @@ class BootstrapConfig:
         corners: that are followed.
         least_flow_px: median motion below which no geometry is tried.
         least_parallax_deg: median angle between the two rays of a point.
-        least_parallax_px: upper quartile of the motion that a turn does not explain.
+        wanted_parallax_px: upper quartile of the motion that a turn does not explain.
+        least_parallax_px: with what a slow start is content after `patience_frames`.
+        patience_frames: over which the wanted parallax falls to the least.
         longest_frames: after so many frames the start is tried anew.
     """
 
     corners: int = 400
     least_flow_px: float = 8.0
     least_parallax_deg: float = 0.5
+    wanted_parallax_px: float = 8.0
     least_parallax_px: float = 2.0
+    patience_frames: int = 18
     longest_frames: int = 60
 
 
@@ -71,7 +75,7 @@ class MappingConfig:
     least_parallax_deg: float = 0.8
     worst_error_px: float = 1.5
     window: int = 14
-    keyframes_kept: int = 150
+    keyframes_kept: int = 120
     full_every: int = 6
     full_limit: int = 60
 
