@@ -65,9 +65,20 @@ def _into(tb: Tables, best: FloatArray, a: int) -> FloatArray:
     """Return (H, T + 1): the best log of everything before look s, where a begins with h."""
     into: FloatArray = best.copy()
     if not tb.in_hand[a]:
-        for s in range(into.shape[1]):
-            into[:, s] = into[:, s].max() + tb.log_theta[a]
+        top = _best_of_things(best)
+        for h in range(len(into)):
+            into[h] = top + tb.log_theta[a, h]
     return into
+
+
+@njit(cache=True)
+def _best_of_things(values: FloatArray) -> FloatArray:
+    """Return (T + 1,) the greatest of the rows of (H, T + 1)."""
+    top: FloatArray = values[0].copy()
+    for row in values[1:]:
+        for t in range(len(top)):
+            top[t] = max(top[t], row[t])
+    return top
 
 
 @njit(cache=True)
@@ -75,8 +86,9 @@ def _future(tb: Tables, opens: FloatArray, a: int) -> FloatArray:
     """Return (H, T + 1): the best log of everything from look t on, where a - 1 ended there."""
     after = opens.copy()
     if not tb.in_hand[a]:
-        for t in range(after.shape[1]):
-            after[:, t] = (opens[:, t] + tb.log_theta[a]).max()
+        for h in range(len(after)):
+            after[h] += tb.log_theta[a, h]
+        after[:] = _best_of_things(after)
     for h in range(after.shape[0]):
         run = NEVER
         for t in range(after.shape[1] - 1, -1, -1):

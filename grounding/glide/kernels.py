@@ -74,6 +74,24 @@ def log_sum(values: FloatArray) -> float:
 
 
 @njit(cache=True)
+def log_sum_over_things(values: FloatArray) -> FloatArray:
+    """Return (T + 1,) the logarithm of the sum of exponentials over the rows of (H, T + 1)."""
+    top: FloatArray = values[0].copy()
+    for row in values[1:]:
+        for t in range(len(top)):
+            top[t] = max(top[t], row[t])
+    total = np.zeros_like(top)
+    for row in values:
+        for t in range(len(top)):
+            low = row[t] - top[t]
+            if low > _NEGLIGIBLE:
+                total[t] += np.exp(low)
+    for t in range(len(top)):
+        top[t] = NEVER if top[t] <= NEVER / 2 else top[t] + np.log(total[t])
+    return top
+
+
+@njit(cache=True)
 def segments(tb: Tables, a: Index, h: Index, s: Index, out: FloatArray) -> int:
     """Fill out[d] with the log factor of the segment of d looks from s, eq. 11.
 
@@ -117,8 +135,9 @@ def entering(tb: Tables, done: FloatArray, a: int) -> FloatArray:
     before: FloatArray = done[a].copy()
     if tb.in_hand[a]:
         return before
-    for s in range(done.shape[2]):
-        before[:, s] = log_sum(done[a, :, s]) + tb.log_theta[a]
+    before_any = log_sum_over_things(done[a])
+    for h in range(len(before)):
+        before[h] = before_any + tb.log_theta[a, h]
     return before
 
 
@@ -216,10 +235,9 @@ def backward(tb: Tables) -> FloatArray:
             for h in hypotheses(tb, a):
                 future[a, h] = _background_back(tb, opens[h], a)
             continue
-        after = np.empty(count + 1)
-        for t in range(count + 1):
-            after[t] = log_sum(opens[:, t] + tb.log_theta[a])
-        future[a] = _background_back(tb, after, a)
+        for h in range(things):
+            opens[h] += tb.log_theta[a, h]
+        future[a] = _background_back(tb, log_sum_over_things(opens), a)
     return future
 
 
