@@ -5,9 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from grounding.glide.bounds import pruned
-from grounding.glide.kernels import Marks, backward, forward, no_marks, posterior, viterbi
+from grounding.glide.kernels import Marks, backward, forward, no_marks, posterior
 from grounding.glide.model import Session
 from grounding.glide.tables import Model
+from grounding.glide.viterbi import viterbi
 from grounding.types import FloatArray, IntArray
 
 

@@ -15,8 +15,8 @@ from grounding.glide.kernels import (
     no_marks,
     posterior,
     segments,
-    viterbi,
 )
+from grounding.glide.viterbi import viterbi
 
 ACTS, THINGS, LOOKS, LONGEST = 3, 3, 5, 4
 IN_HAND = (0, 1, 0)
