@@ -44,6 +44,11 @@ class FramePose:
     uv_px: FloatArray
     visible_count: int
 
+    @property
+    def is_sure(self) -> bool:
+        """Whether enough of the points that should be seen were; a wrong place has hardly any."""
+        return len(self.rows) >= _RELOCALISED_SHARE * self.visible_count
+
 
 class PoseTracker:
     """Holds the map as tracking sees it, and the last frame."""
@@ -98,6 +103,9 @@ class PoseTracker:
         found = self._aligned_pose(pyramid, T_cam_world, reach_px, twist=twist)
         if isinstance(found, FramePose):
             self._remember(grey, found)
+        else:
+            # They have moved on to this frame while the last good one stays.
+            self.candidates.keep(np.zeros(len(self.candidates), bool))
         return found
 
     def vanished_ids(self) -> IntArray:
@@ -124,7 +132,7 @@ class PoseTracker:
             )
             found = again
         if isinstance(found, FramePose):
-            if len(found.rows) < _RELOCALISED_SHARE * found.visible_count:
+            if not found.is_sure:
                 return LostReason.FEW_INLIERS
             self.candidates.keep(np.zeros(len(self.candidates), bool))
             self._remember(grey, found)

@@ -39,6 +39,8 @@ from gazemap.types.tracking import Lost, LostReason, Scale, Tracked, TrackingOut
 # With so few of the points that a keyframe should show, the view has changed much.
 _THIN_SHARE = 0.4
 _THIN_GAP_FRAMES = 10
+# For so long after a loss the last frame is still near enough to follow points from.
+_FLOW_SPAN_NS = 500_000_000
 
 
 class LiveTracker:
@@ -164,9 +166,10 @@ class LiveTracker:
 
     def _found(self, grey: ImageArray, t_ns: int, motion: Motion) -> FramePose | LostReason:
         pyramid = Pyramid.of(grey)
-        if self._lost_since_ns is None:
+        lost_ns = 0 if self._lost_since_ns is None else t_ns - self._lost_since_ns
+        if lost_ns < _FLOW_SPAN_NS:
             found = self._poses.pose(grey, pyramid, motion, t_ns)
-            if isinstance(found, FramePose):
+            if isinstance(found, FramePose) and (lost_ns == 0 or found.is_sure):
                 return found
         return self._poses.relocalise(grey, pyramid)
 
