@@ -4,7 +4,7 @@ BIN := .venv/bin
 
 .PHONY: setup demo test check bench format lock proto clean
 
-setup: .venv/.ready
+setup: .venv/.ready .venv/.compiled
 
 # The lock names every file's hash. uv installs itself from the same lock, so nothing but
 # Python 3.11 with its venv module is wanted.
@@ -17,6 +17,11 @@ setup: .venv/.ready
 	$(BIN)/python -m pip install --quiet --require-hashes -r .venv/uv.lock.txt
 	$(BIN)/uv pip sync --quiet --python $(BIN)/python --require-hashes requirements.lock
 	$(BIN)/uv pip install --quiet --python $(BIN)/python --no-deps --no-build-isolation --offline --editable .
+	@touch $@
+
+# Kernels are compiled once for this checkout; a changed source is compiled again when it is used.
+.venv/.compiled: | .venv/.ready
+	$(BIN)/python -m services.warm_up
 	@touch $@
 
 demo: setup
