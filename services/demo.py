@@ -45,7 +45,7 @@ class DemoConfig:
     """
 
     seed: int
-    seconds: float = 18.0
+    seconds: float = 15.0
     level: Level = Level.EASY
     size_px: tuple[int, int] = (640, 480)
     rate_hz: float = 15.0

@@ -11,7 +11,7 @@ from services.cli.progress import progress_bar
 @click.command()
 @click.option("--out", type=click.Path(path_type=Path), default=Path("demo-out"), show_default=True)
 @click.option("--seed", type=int, help="Of the simulation; drawn anew and printed if not given.")
-@click.option("--seconds", type=float, default=18.0, show_default=True)
+@click.option("--seconds", type=float, default=15.0, show_default=True)
 @click.option(
     "--level", type=click.Choice(["easy", "medium", "hard"]), default="easy", show_default=True
 )

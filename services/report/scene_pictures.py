@@ -46,8 +46,9 @@ def surface_figure(
 
 def _equal_axes(axes: Axes, points: FloatArray) -> None:
     low, high = np.percentile(points, [0.5, 99.5], axis=0)
+    high = np.maximum(high, low + 0.05)
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
-    axes.set_box_aspect(np.maximum(high - low, 0.05))
+    axes.set_box_aspect(high - low)
 
 
 def table_figure(
