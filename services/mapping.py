@@ -1,6 +1,8 @@
 """The mapping service: takes a rig's streams, says where things are and what was looked at."""
 
 import threading
+import time
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -23,6 +25,18 @@ from services.replayer import RECORDING_END
 
 NAME: Final = "mapping"
 _WAIT_S: Final = 0.2
+# A rig says how it is built when it begins; what is not said by then it does not have.
+_INTRODUCTION_S: Final = 1.0
+_EARLY_COUNT: Final = 2000
+_NEEDS_MAPPING: Final = frozenset(
+    {
+        Stream.HEAD_IMAGE,
+        Stream.OVERHEAD_IMAGE,
+        Stream.GAZE,
+        Stream.DEVICE_FIXATION,
+        Stream.EVENT,
+    }
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -74,6 +88,9 @@ class MappingService:
             Stream.EVENT: self._take_event,
         }
         self._has_device_fixations = False
+        self._early: deque[Message] = deque(maxlen=_EARLY_COUNT)
+        self._introduced_s: float | None = None
+        self._has_session = False
         warm_up()
         self.inbox = Inbox()
         for stream in self._takers:
@@ -87,12 +104,16 @@ class MappingService:
                 message = self.inbox.get(timeout_s=_WAIT_S)
                 if message is not None:
                     self.take(message)
+                self._begin_if_introduced()
                 self._health.beat(self._figures)
         finally:
             self._forget()
 
     def take(self, message: Message) -> None:
         """Take one message; one that cannot be used is named in the status and dropped."""
+        if self._mapping is None and message.stream in _NEEDS_MAPPING:
+            self._early.append(message)
+            return
         try:
             self._takers[message.stream](message.payload)
         except InputError as error:
@@ -106,6 +127,7 @@ class MappingService:
     def _take_session(self, payload: bytes) -> None:
         info = rig.decode_session(payload)
         self._forget()
+        self._has_session = True
         self._has_device_fixations = info.has_device_fixations
         self._health.restart(info.name)
 
@@ -121,18 +143,35 @@ class MappingService:
     def _take_head_image(self, payload: bytes) -> None:
         frame = images.decode_image(payload, stream=Stream.HEAD_IMAGE)
         self._health.reached(frame.t_ns)
-        if self._mapping is None:
-            self._begin()
         if self._mapping is not None:
             self._publish(self._mapping.head_frame(frame))
 
-    def _begin(self) -> None:
+    def _begin_if_introduced(self) -> None:
+        """Start to map once the rig is known; what came before is then taken in its order.
+
+        The streams of a rig do not arrive in the order in which they were sent.
+        """
+        if self._mapping is not None or not self._early:
+            return
+        now_s = time.monotonic()
+        if self._introduced_s is None:
+            self._introduced_s = now_s
+        is_complete = self._layout is not None and self._overhead is not None
+        if not (is_complete and self._has_session) and now_s - self._introduced_s < _INTRODUCTION_S:
+            return
         if self._head is None:
             self._health.complain("head/calibration: none yet; publish it, or name a calibration")
             return
-        known = LiveRig(head_camera=self._head, overhead_camera=self._overhead, layout=self._layout)
+        self._begin(self._head)
+
+    def _begin(self, head: Camera) -> None:
+        known = LiveRig(head_camera=head, overhead_camera=self._overhead, layout=self._layout)
         rng = np.random.default_rng(self._config.seed)
         self._mapping = LiveMapping(known, self._config.live, rng=rng)
+        early, self._introduced_s = tuple(self._early), None
+        self._early.clear()
+        for message in early:
+            self.take(message)
 
     def _take_overhead_image(self, payload: bytes) -> None:
         if self._mapping is not None:
