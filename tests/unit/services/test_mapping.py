@@ -76,9 +76,9 @@ def test_images_that_come_before_the_introduction_wait_for_it(exchange, service)
 
 def test_a_broken_message_is_named_and_stops_nothing(exchange, service):
     bus = MemoryBus(exchange)
-    bus.publish(Stream.TAGS, b"\xff no protobuf")
     for stream, payload in INTRODUCTION.items():
         bus.publish(stream, payload)
+    bus.publish(Stream.TAGS, b"\xff no protobuf")
     bus.publish(Stream.HEAD_IMAGE, head_image(0))
     drain(service)
     assert service._health.level is Level.WARNING
