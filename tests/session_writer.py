@@ -77,8 +77,10 @@ class SessionWriter:
     def gaze(self, rows: list[str]) -> None:
         self.text("gaze.csv", GAZE_HEADER + "".join(rows))
 
-    def video(self, name: str, *, count: int = FRAME_COUNT, faststart: bool = False) -> None:
-        write_video(self.path / name, count=count, faststart=faststart)
+    def video(
+        self, name: str, *, count: int = FRAME_COUNT, faststart: bool = False, scale: int = 1
+    ) -> None:
+        write_video(self.path / name, count=count, faststart=faststart, scale=scale)
 
     def cut(self, name: str, *, share: float) -> None:
         file = self.path / name
@@ -94,13 +96,17 @@ def write_video(
     codec: str = "libx264",
     pixels: str = "yuv420p",
     faststart: bool = False,
+    scale: int = 1,
 ) -> None:
     options = {"movflags": "faststart"} if faststart else {}
     with av.open(str(path), "w", options=options) as container:
         stream = container.add_stream(codec, rate=30)
-        stream.width, stream.height, stream.pix_fmt = WIDTH_PX, HEIGHT_PX, pixels
+        stream.width, stream.height = WIDTH_PX * scale, HEIGHT_PX * scale
+        stream.pix_fmt = pixels
         for i in range(first, first + count):
-            picture = av.VideoFrame.from_ndarray(picture_of(i), format="bgr24")
+            picture = av.VideoFrame.from_ndarray(
+                picture_of(i).repeat(scale, axis=0).repeat(scale, axis=1), format="bgr24"
+            )
             container.mux(stream.encode(picture))
         container.mux(stream.encode())
 

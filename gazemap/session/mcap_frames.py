@@ -61,10 +61,7 @@ class McapVideo:
         for packet in self.coded():
             if decoder is None:
                 decoder = self._decoder(packet.codec)
-            unit = av.Packet(packet.data)
-            # The presentation order is all a decoder wants of a time.
-            unit.pts = index_at[packet.t_ns]
-            yield from decoder.decode(unit)
+            yield from decoder.decode(_unit(packet, pts=index_at[packet.t_ns]))
         if decoder is not None:
             yield from decoder.decode(None)
 
@@ -79,6 +76,19 @@ class McapVideo:
             )
         decoder.thread_type = "AUTO"
         return decoder
+
+
+def _unit(packet: VideoPacket, *, pts: int) -> av.Packet:
+    """Return a packet whose bytes are FFmpeg's own.
+
+    Bytes that Python owns are freed under the interpreter's lock, by whichever of the decoder's
+    threads is done with them last. One that waits for the lock while this thread, which holds it,
+    closes the decoder and waits for that thread would never end.
+    """
+    unit = av.Packet(len(packet.data))
+    unit.update(packet.data)
+    unit.pts = pts  # the presentation order is all a decoder wants of a time
+    return unit
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
