@@ -28,6 +28,7 @@ _MEMORY_WANTED_GB = 4.0
 _CORES_WANTED = 2
 # What open3d links against; libusb comes with a package of ours where the system has none.
 _SYSTEM_LIBRARIES = {"libGL.so.1": "libgl1", "libEGL.so.1": "libegl1", "libX11.so.6": "libx11-6"}
+_PROBE_TIMEOUT_S = 120
 _OPEN3D_PROBE = (
     "import ctypes, libusb_package as u;"
     "ctypes.CDLL(str(u.get_library_path()), ctypes.RTLD_GLOBAL);"
@@ -90,13 +91,21 @@ def _library(name: str, package: str) -> Finding:
 
 def _open3d() -> Finding:
     """Import it in a process of its own: a missing library may end the process that tries."""
-    probe = subprocess.run(  # noqa: S603  our own interpreter and a constant
-        [sys.executable, "-c", _OPEN3D_PROBE], capture_output=True, text=True, check=False
-    )
+    todo = "apt-get install libgl1 libegl1 libx11-6 libusb-1.0-0"
+    try:
+        probe = subprocess.run(  # noqa: S603  our own interpreter and a constant
+            [sys.executable, "-c", _OPEN3D_PROBE],
+            capture_output=True,
+            text=True,
+            check=False,
+            timeout=_PROBE_TIMEOUT_S,
+        )
+    except subprocess.TimeoutExpired:
+        late = f"not within {_PROBE_TIMEOUT_S} s"
+        return Finding(name="open3d imports", verdict=Verdict.MISSING, found=late, todo=todo)
     if probe.returncode == 0:
         return Finding(name="open3d imports", verdict=Verdict.OK, found="yes")
     last = (probe.stderr.strip().splitlines() or ["no message"])[-1]
-    todo = "apt-get install libgl1 libegl1 libx11-6 libusb-1.0-0"
     return Finding(name="open3d imports", verdict=Verdict.MISSING, found=last, todo=todo)
 
 

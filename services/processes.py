@@ -1,16 +1,12 @@
 """Services as child processes of one program: started together, ended together."""
 
-import os
-import signal
 import subprocess
-import sys
 from pathlib import Path
 from types import TracebackType
-from typing import Final, Self
+from typing import Self
 
 from gazemap.errors import GazemapError
-
-_END_WAIT_S: Final = 10.0
+from services import children
 
 
 class ServiceProcesses:
@@ -19,18 +15,13 @@ class ServiceProcesses:
     def __init__(self, log_folder: Path) -> None:
         """Keep the logs in a folder."""
         self._log_folder = log_folder
-        self._running: dict[str, subprocess.Popen[bytes]] = {}
+        self._running: dict[str, children.Child] = {}
         log_folder.mkdir(parents=True, exist_ok=True)
 
     def start(self, name: str, *arguments: str) -> None:
         """Start `gazemap ARGUMENTS`."""
-        with (self._log_folder / f"{name}.log").open("wb") as log:
-            self._running[name] = subprocess.Popen(  # noqa: S603  our own interpreter
-                [sys.executable, "-m", "services.cli", *arguments],
-                stdout=log,
-                stderr=subprocess.STDOUT,
-                env=os.environ | {"PYTHONUNBUFFERED": "1"},
-            )
+        with (self._log_folder / f"{name}.log").open("w") as log:
+            self._running[name] = children.start(*arguments, stdout=log, stderr=subprocess.STDOUT)
 
     def has_ended(self, name: str) -> bool:
         """Return whether a process has ended; one that failed is an error.
@@ -38,7 +29,7 @@ class ServiceProcesses:
         Raises:
             GazemapError: if it ended with another code than 0, with its last line.
         """
-        code = self._running[name].poll()
+        code = self._running[name].process.poll()
         if code:
             log = self._log_folder / f"{name}.log"
             last = (log.read_text(errors="replace").strip().splitlines() or ["no message"])[-1]
@@ -52,13 +43,8 @@ class ServiceProcesses:
 
     def stop(self) -> None:
         """End all processes, the last one started first; one that does not listen is killed."""
-        for process in reversed(self._running.values()):
-            process.send_signal(signal.SIGTERM)
-            try:
-                process.wait(_END_WAIT_S)
-            except subprocess.TimeoutExpired:
-                process.kill()
-                process.wait()
+        for child in reversed(self._running.values()):
+            child.stop()
 
     def __enter__(self) -> Self:
         return self

@@ -78,7 +78,7 @@ class McapVideo:
         return decoder
 
 
-def _unit(packet: VideoPacket, *, pts: int) -> av.Packet:
+def _unit(packet: VideoPacket, *, pts: int) -> "av.Packet[av.stream.Stream]":
     """Return a packet whose bytes are FFmpeg's own.
 
     Bytes that Python owns are freed under the interpreter's lock, by whichever of the decoder's

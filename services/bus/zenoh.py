@@ -9,6 +9,7 @@ import json
 import logging
 import queue
 import threading
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import timedelta
@@ -27,6 +28,8 @@ DEFAULT_ENDPOINT: Final = "tcp/127.0.0.1:7447"
 _CACHE_COUNT: Final = 20_000
 _RECOVERY_PERIOD_S: Final = 1.0
 _ALIVE_TIMEOUT_S: Final = 2.0
+# Opening a session blocks in native code, where no signal is heard: each attempt is short.
+_ATTEMPT_S: Final = 1.0
 _log = logging.getLogger(__name__)
 
 
@@ -52,18 +55,20 @@ class ZenohConfig:
 class ZenohBus:
     """The streams of one rig over a Zenoh session; always close it, an exit without may hang."""
 
-    def __init__(self, config: ZenohConfig) -> None:
+    def __init__(
+        self, config: ZenohConfig, *, is_wanted: Callable[[], bool] = lambda: True
+    ) -> None:
         """Connect to the router, waiting for it as configured.
+
+        Args:
+            config: how to reach it.
+            is_wanted: asked again and again; False ends the waiting.
 
         Raises:
             InputError: if the router cannot be reached in time or refuses this user.
         """
         self._config = config
-        try:
-            self._session = zenoh.open(_client_config(config))
-        except zenoh.ZError as error:
-            todo = "start `gazemap router`, or correct the endpoint, user and password"
-            raise InputError("no router reached", where=config.endpoint, todo=todo) from error
+        self._session = _open(config, is_wanted=is_wanted)
         self._publishers: dict[Stream, Callable[[bytes], None]] = {}
         # Held so that they are not undeclared when they go out of scope.
         self._declared: list[Any] = []
@@ -184,13 +189,50 @@ def _encoding(stream: Stream) -> zenoh.Encoding:
     return plain if schema is None else plain.with_schema(schema.full_name)
 
 
+def connect(config: ZenohConfig, *, stop: threading.Event) -> ZenohBus | None:
+    """Return the bus once the router is there, or None if asked to stop before.
+
+    Raises:
+        InputError: if the router cannot be reached in the configured time or refuses this user.
+    """
+    try:
+        return ZenohBus(config, is_wanted=lambda: not stop.is_set())
+    except InputError:
+        if stop.is_set():
+            return None
+        raise
+
+
+def _open(config: ZenohConfig, *, is_wanted: Callable[[], bool]) -> zenoh.Session:
+    native, began_s, has_complained = _client_config(config), time.monotonic(), False
+    while True:
+        attempt_s = time.monotonic()
+        try:
+            return zenoh.open(native)
+        except zenoh.ZError as error:
+            now_s = time.monotonic()
+            limit_s = config.connect_timeout_s
+            failure = _not_reached(config)
+            if not is_wanted() or (limit_s is not None and now_s - began_s >= limit_s):
+                raise failure from error
+            if not has_complained:
+                _log.warning("waiting: %s", failure)
+            has_complained = True
+            time.sleep(max(0.0, min(_ATTEMPT_S, limit_s or _ATTEMPT_S) - (now_s - attempt_s)))
+
+
+def _not_reached(config: ZenohConfig) -> InputError:
+    todo = "start `gazemap router`, or correct the endpoint, user and password"
+    return InputError("no router reached", where=config.endpoint, todo=todo)
+
+
 def _client_config(config: ZenohConfig) -> zenoh.Config:
-    wait_ms = -1 if config.connect_timeout_s is None else int(config.connect_timeout_s * 1000)
+    attempt_s = min(_ATTEMPT_S, config.connect_timeout_s or _ATTEMPT_S)
     settings: dict[str, object] = {
         "mode": "client",
         "connect/endpoints": [config.endpoint],
-        "connect/timeout_ms": wait_ms,
-        "connect/exit_on_failure": config.connect_timeout_s is not None,
+        "connect/timeout_ms": int(attempt_s * 1000),
+        "connect/exit_on_failure": True,
         "connect/retry": {
             "period_init_ms": 100,
             "period_max_ms": 1000,
@@ -203,6 +245,10 @@ def _client_config(config: ZenohConfig) -> zenoh.Config:
         settings["transport/auth/usrpwd/user"] = config.user
         settings["transport/auth/usrpwd/password"] = config.password
     native = zenoh.Config()
-    for name, value in settings.items():
-        native.insert_json5(name, json.dumps(value))
+    try:
+        for name, value in settings.items():
+            native.insert_json5(name, json.dumps(value))
+    except zenoh.ZError as error:
+        todo = f"give one like {DEFAULT_ENDPOINT}"
+        raise InputError("no endpoint of Zenoh's", where=config.endpoint, todo=todo) from error
     return native

@@ -56,7 +56,9 @@ def main() -> None:
     """Run the console script: 0 on success, 2 on wrong usage, 1 with one line otherwise."""
     from gazemap.errors import GazemapError
     from grounding.errors import GroundingError
+    from services.children import stop_with_parent
 
+    stop_with_parent()
     if isinstance(sys.stdout, io.TextIOWrapper):
         # What is said as it happens is read as it happens, through a pipe too.
         sys.stdout.reconfigure(line_buffering=True)

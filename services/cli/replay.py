@@ -1,5 +1,6 @@
 """`gazemap replay SESSION`: publish a recording as a rig would."""
 
+import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -30,7 +31,7 @@ def command(session: Path, *, file: Path | None, camera: Path | None, **options:
     from gazemap.config import load_config
     from gazemap.errors import InputError
     from gazemap.session import open_session
-    from services.bus.zenoh import ZenohBus
+    from services.bus.zenoh import connect
     from services.cli.progress import progress_bar
     from services.clock import WallClock
     from services.lifetime import stop_on_signals
@@ -39,8 +40,11 @@ def command(session: Path, *, file: Path | None, camera: Path | None, **options:
     config = load_config(ReplayConfig, file) if file else ReplayConfig()
     config = _over(config, **options)
     recording = open_session(session, camera=camera)
-    clock = WallClock(stop_on_signals())
-    with ZenohBus(config.bus) as bus:
+    stop = stop_on_signals()
+    clock, bus = WallClock(stop), connect(config.bus, stop=stop)
+    if bus is None:
+        sys.exit(1)
+    with bus:
         missing = wait_for_services(bus, config=config, clock=clock)
         if missing:
             raise InputError(

@@ -29,25 +29,29 @@ def command(service: str, *, config: Path | None, connect: str | None, rig: str 
 
 
 def _mapping(stop: threading.Event, config: Path | None, choose: Choose) -> None:
-    from services.bus.zenoh import ZenohBus
+    from services.bus.zenoh import connect
     from services.mapping import MappingService, MappingServiceConfig
 
     settings = MappingServiceConfig()
     if config is not None:
         settings = load_config(MappingServiceConfig, config)
-    with ZenohBus(choose(settings.bus)) as bus:
-        MappingService(bus, settings).run(stop)
+    bus = connect(choose(settings.bus), stop=stop)
+    if bus is not None:
+        with bus:
+            MappingService(bus, settings).run(stop)
 
 
 def _grounding(stop: threading.Event, config: Path | None, choose: Choose) -> None:
-    from services.bus.zenoh import ZenohBus
+    from services.bus.zenoh import connect
     from services.grounding import GroundingService, GroundingServiceConfig
 
     settings = GroundingServiceConfig()
     if config is not None:
         settings = load_config(GroundingServiceConfig, config)
-    with ZenohBus(choose(settings.bus)) as bus:
-        GroundingService(bus, settings).run(stop)
+    bus = connect(choose(settings.bus), stop=stop)
+    if bus is not None:
+        with bus:
+            GroundingService(bus, settings).run(stop)
 
 
 def _chosen(bus: ZenohConfig, *, connect: str | None, rig: str | None) -> ZenohConfig:

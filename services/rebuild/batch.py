@@ -1,7 +1,6 @@
 """Many sessions, each rebuilt by a process of its own: one that fails stops none of the others."""
 
 import subprocess
-import sys
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
@@ -9,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from gazemap.errors import GazemapError, InputError
+from services import children
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -57,25 +57,49 @@ def rebuild_many(
     """
     work = jobs_of(sessions, out)
     failed = 0
+    batch = _Batch()
     with ThreadPoolExecutor(max_workers=jobs) as pool:
-        running = {pool.submit(_run, job, options): job for job in work}
-        for done in as_completed(running):
-            code, line = done.result()
-            failed += code != 0
-            yield line
+        running = {pool.submit(batch.run, job, options): job for job in work}
+        try:
+            for done in as_completed(running):
+                code, line = done.result()
+                failed += code != 0
+                yield line
+        except BaseException:
+            # Interrupted: none that waits may begin, and those that run are asked to end.
+            pool.shutdown(wait=False, cancel_futures=True)
+            batch.stop()
+            raise
     if failed:
         raise GazemapError(f"{failed} of {len(work)} sessions failed; see their lines above")
 
 
-def _run(job: Job, options: Mapping[str, object]) -> tuple[int, str]:
-    given = {name: value for name, value in options.items() if value is not None}
-    flags = [part for name, value in given.items() for part in (_flag(name), str(value))]
-    command = [sys.executable, "-m", "services.cli", "rebuild", str(job.session)]
-    done = subprocess.run(  # noqa: S603  our own interpreter, arguments as given
-        [*command, "--out", str(job.out), *flags], capture_output=True, text=True, check=False
-    )
-    said = (done.stderr if done.returncode else done.stdout).strip().splitlines()
-    return done.returncode, said[-1] if said else f"{job.session}: exit {done.returncode}"
+class _Batch:
+    """The processes that run now."""
+
+    def __init__(self) -> None:
+        self._running: set[children.Child] = set()
+
+    def run(self, job: Job, options: Mapping[str, object]) -> tuple[int, str]:
+        """Rebuild a session in a process of its own; return its exit code and what it said last."""
+        given = {name: value for name, value in options.items() if value is not None}
+        flags = [part for name, value in given.items() for part in (_flag(name), str(value))]
+        child = children.start(
+            "rebuild", str(job.session), "--out", str(job.out), *flags,
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+        )  # fmt: skip
+        self._running.add(child)
+        out, err = child.process.communicate()
+        self._running.discard(child)
+        child.stop()
+        said = (err if child.process.returncode else out).strip().splitlines()
+        code = child.process.returncode
+        return code, said[-1] if said else f"{job.session}: exit {code}"
+
+    def stop(self) -> None:
+        """Ask all that run to end."""
+        for child in tuple(self._running):
+            child.process.terminate()
 
 
 def _flag(name: str) -> str:

@@ -1,16 +1,15 @@
 """Every bus keeps the same promises: in memory, and over Zenoh through a real router process."""
 
 import subprocess
-import sys
 import threading
 import time
-from pathlib import Path
 
 import pytest
 import zenoh
 
 from gazemap.errors import InputError
 from gazemap.wire.schemas import SCHEMAS
+from services import children
 from services.bus.base import Inbox, Message
 from services.bus.keys import Stream
 from services.bus.memory import Exchange, MemoryBus
@@ -22,27 +21,23 @@ ROLES = ("rig", "mapping", "grounding", "robot", "operator")
 
 def start_router(*options, endpoint=None):
     endpoint = endpoint or f"tcp/127.0.0.1:{free_port()}"
-    process = subprocess.Popen(
-        [sys.executable, "-m", "services.cli", "router", "--listen", endpoint, *options],
-        cwd=Path(__file__).resolve().parents[2],
-        stderr=subprocess.PIPE,
-        text=True,
+    router = children.start(
+        "router", "--listen", endpoint, *options, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
     )
-    assert process.stderr.readline().strip() == "router ready"
-    return process, endpoint
+    assert router.process.stderr.readline().strip() == "router ready"
+    return router, endpoint
 
 
-def stop(process):
-    process.terminate()
-    process.wait(10)
-    process.stderr.close()
+def stop(router):
+    router.stop()
+    router.process.stderr.close()
 
 
 @pytest.fixture(scope="module")
 def endpoint():
-    process, where = start_router()
+    router, where = start_router()
     yield where
-    stop(process)
+    stop(router)
 
 
 @pytest.fixture(params=["memory", pytest.param("zenoh", marks=pytest.mark.bus)])
@@ -148,7 +143,7 @@ def test_a_question_whose_answer_fails_is_answered_by_none_and_the_next_is_answe
 
 @pytest.mark.bus
 def test_nothing_is_lost_when_the_router_dies_and_comes_back():
-    process, where = start_router()
+    router, where = start_router()
     config = ZenohConfig(rig="recovery", endpoint=where, connect_timeout_s=5)
     inbox, count = Inbox(), 120
     try:
@@ -156,16 +151,15 @@ def test_nothing_is_lost_when_the_router_dies_and_comes_back():
             receiver.subscribe(Stream.GAZE, inbox)
             for k in range(count):
                 if k == 40:
-                    process.kill()
-                    process.wait(10)
-                    process.stderr.close()
+                    router.process.kill()
+                    stop(router)
                 if k == 80:
-                    process, _ = start_router(endpoint=where)
+                    router, _ = start_router(endpoint=where)
                 sender.publish(Stream.GAZE, bytes([k]))
                 time.sleep(0.01)
             got = take(inbox, count, timeout_s=30)
     finally:
-        stop(process)
+        stop(router)
     assert [m.payload[0] for m in got] == list(range(count))
 
 
@@ -215,7 +209,7 @@ def test_an_inbox_skips_the_oldest_images_and_nothing_else():
 def test_with_users_a_robot_cannot_send_what_the_mapping_service_sends(tmp_path):
     users = tmp_path / "users.txt"
     users.write_text("".join(f"{role}:secret-{role}\n" for role in ROLES))
-    process, where = start_router("--users", str(users))
+    router, where = start_router("--users", str(users))
 
     def as_role(role, password=None):
         secret = password or f"secret-{role}"
@@ -238,7 +232,7 @@ def test_with_users_a_robot_cannot_send_what_the_mapping_service_sends(tmp_path)
         with pytest.raises(InputError, match="no router reached"):
             as_role("robot", "guess")
     finally:
-        stop(process)
+        stop(router)
 
 
 OWNERS = {
@@ -270,7 +264,7 @@ OWNERS = {
 def test_every_role_publishes_its_own_streams_and_no_other(tmp_path):
     users = tmp_path / "users.txt"
     users.write_text("".join(f"{role}:secret-{role}\n" for role in ROLES))
-    process, where = start_router("--users", str(users))
+    router, where = start_router("--users", str(users))
     inbox, buses = Inbox(frame_limit=1000), {}
     try:
         for role in ROLES:
@@ -291,7 +285,7 @@ def test_every_role_publishes_its_own_streams_and_no_other(tmp_path):
     finally:
         for bus in buses.values():
             bus.close()
-        stop(process)
+        stop(router)
     assert got == wanted
 
 

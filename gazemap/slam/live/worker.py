@@ -1,7 +1,11 @@
 """Mapping in a process of its own: the solver never takes the tracking thread's time."""
 
 import multiprocessing
+import os
 import queue
+import signal
+import threading
+from multiprocessing.connection import wait
 from multiprocessing.context import SpawnContext, SpawnProcess
 
 import cv2
@@ -66,7 +70,7 @@ class ProcessLink:
             self._notes.put(None)
             self._process.join(_STOP_TIMEOUT_S)
         if self._process.is_alive():
-            self._process.terminate()
+            self._process.kill()
             self._process.join(_STOP_TIMEOUT_S)
         for channel in (self._notes, self._replies):
             channel.cancel_join_thread()
@@ -92,9 +96,21 @@ def _serve(
     config: LiveConfig,
 ) -> None:
     """Work notes in until None comes; the first reply, None, says that it is ready."""
+    # Signals go to whole groups of processes: who tracks decides when mapping ends.
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.SIG_IGN)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
     cv2.setNumThreads(1)
     mapper = Mapper(camera, layout=layout, config=config)
     warm_up_mapping()
     replies.put(None)
     while (note := notes.get()) is not None:
         replies.put(mapper.handle(note))
+
+
+def _end_with_parent() -> None:
+    """End with a parent that was killed: this process holds both ends of its own queues open."""
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        wait([parent.sentinel])
+        os._exit(1)

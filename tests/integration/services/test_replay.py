@@ -1,43 +1,43 @@
 """`gazemap replay` over a real router: what a rig sends arrives at another process."""
 
 import subprocess
-import sys
 import time
-from pathlib import Path
 
 import pytest
 
 from gazemap.session import open_session
 from gazemap.wire import images
+from services import children
 from services.bus.base import Inbox
 from services.bus.keys import Stream
 from services.bus.zenoh import ZenohBus, ZenohConfig
 from tests.ports import free_port
 from tests.session_writer import SessionWriter
 
-ROOT = Path(__file__).resolve().parents[3]
 pytestmark = pytest.mark.bus
 
 
-def command(*arguments, **options):
-    return subprocess.Popen(
-        [sys.executable, "-m", "services.cli", *map(str, arguments)],
-        cwd=ROOT,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        **options,
-    )
+def command(*arguments):
+    return children.start(*map(str, arguments), stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+
+
+def ended(child, timeout_s):
+    """Return the exit code of a command, what it printed and what it complained of."""
+    try:
+        out, err = child.process.communicate(timeout=timeout_s)
+    finally:
+        child.stop()
+    return child.process.returncode, out, err
 
 
 @pytest.fixture
 def endpoint():
     where = f"tcp/127.0.0.1:{free_port()}"
     router = command("router", "--listen", where)
-    assert router.stderr.readline().strip() == "router ready"
+    assert router.process.stderr.readline().strip() == "router ready"
     yield where
-    router.terminate()
-    router.communicate(timeout=10)
+    router.stop()
+    router.process.communicate(timeout=10)
 
 
 def test_a_recording_arrives_whole_and_in_order(tmp_path, endpoint):
@@ -58,8 +58,8 @@ def test_a_recording_arrives_whole_and_in_order(tmp_path, endpoint):
         while not any(m.stream is Stream.EVENT for m in got) and time.monotonic() < deadline:
             message = inbox.get(timeout_s=0.2)
             got += [] if message is None else [message]
-        out, err = replay.communicate(timeout=30)
-    assert replay.returncode == 0, err
+        code, out, err = ended(replay, 30)
+    assert code == 0, err
     assert "messages, at most" in out
     counts = {s: sum(m.stream is s for m in got) for s in Stream}
     session = open_session(writer.path)
@@ -78,7 +78,7 @@ def test_without_a_router_it_says_so(tmp_path):
     config = tmp_path / "replay.toml"
     config.write_text(f'[bus]\nendpoint = "tcp/127.0.0.1:{free_port()}"\nconnect_timeout_s = 0.5\n')
     replay = command("replay", writer.path, "--config", config)
-    _, err = replay.communicate(timeout=60)
-    assert replay.returncode == 1
+    code, _, err = ended(replay, 60)
+    assert code == 1
     assert "no router reached" in err
     assert err.count("\n") == 1

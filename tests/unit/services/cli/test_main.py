@@ -10,7 +10,10 @@ from services.cli.main import COMMANDS
 
 def run(*arguments):
     return subprocess.run(
-        [sys.executable, "-m", "services.cli", *arguments], capture_output=True, text=True
+        [sys.executable, "-m", "services.cli", *arguments],
+        capture_output=True,
+        text=True,
+        timeout=60,
     )
 
 
@@ -28,7 +31,7 @@ def test_help_loads_nothing_heavy():
         "try: main()\n"
         "finally: print(sorted({'numpy', 'cv2', 'zenoh', 'rich', 'scipy'} & set(sys.modules)))\n"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
     assert done.returncode == 0
     assert done.stdout.rstrip().endswith("[]")
 
