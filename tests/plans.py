@@ -39,7 +39,7 @@ class Planned:
 
 def read_plans(name: str) -> list[Planned]:
     """Return the sentences of a file with their plans."""
-    rows = [line.split(" => ") for line in (DATA / name).read_text().splitlines() if " => " in line]
+    rows = [line.split(" => ") for line in (DATA / name).read_text().split("\n") if " => " in line]
     return [Planned(sentence=s, plan=p) for s, p in rows if not s.startswith("#")]
 
 

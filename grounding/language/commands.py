@@ -6,7 +6,7 @@ from typing import Final
 
 from grounding.language.drafts import Reason, Refusal, refusal
 from grounding.language.graph import Graph, Part
-from grounding.language.lexicon import lexicon
+from grounding.language.lexicon import CORRECTION, SideRole, Subordinator, lexicon
 from grounding.language.verbs import VerbEntry, VerbTable, teaching_hint
 
 _DENYING: Final = frozenset({"never", "not"})
@@ -24,12 +24,13 @@ class Command:
         event: its node.
         verb: its lemma.
         entry: what it does.
-        passive: whether its object is its surface subject.
+        aside: whether it is said in a clause that only tells when.
     """
 
     event: str
     verb: str
     entry: VerbEntry
+    aside: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -40,6 +41,7 @@ class _Context:
     modal: str = ""
     asked: bool = False
     ordered: bool = False
+    aside: bool = False
 
 
 def commands(graph: Graph, *, verbs: VerbTable) -> list[Command | Refusal]:
@@ -77,6 +79,8 @@ class _Finder:
         predicate = graph.predicate(node_id)
         if graph.part(node_id) is Part.CONJUNCTION or graph.label(node_id) in ("neg", "subord"):
             return True
+        if self._subordinator(node_id) is not None:
+            return True
         return predicate.lemma in _DENYING or predicate.sense in ("modal", "qmodal")
 
     def under(self, node_id: str, *, context: _Context) -> Iterator[Command | Refusal]:
@@ -95,6 +99,8 @@ class _Finder:
             yield from self._verb(node_id, context=context)
         elif graph.label(node_id) == "neg" or graph.predicate(node_id).lemma in _DENYING:
             yield from self._below(node_id, context=replace(context, denied=True))
+        elif self._subordinator(node_id) is not None:
+            yield from self._with_side(node_id, context=context)
         else:
             yield from self._other(node_id, context=context)
 
@@ -109,12 +115,55 @@ class _Finder:
     def _row(self, node_id: str, *, context: _Context) -> Iterator[Command | Refusal]:
         """Yield the commands of a conjunction; "do not A and B" denies both."""
         lemma = self.graph.predicate(node_id).lemma
+        if lemma == CORRECTION:
+            yield from self._corrected(node_id, context=context)
+            return
         denied = context.denied
+        if lemma == "or" and not denied and not context.asked:
+            yield refusal(Reason.CHOICE)
+            return
         for argument in self.graph.arguments(node_id):
             first = not denied and bool(self._denials(argument))
             yield from self.under(argument, context=replace(context, denied=denied))
             if first and lemma in _SPREADING and self.graph.part(argument) is Part.VERB:
                 denied = True
+
+    def _corrected(self, node_id: str, *, context: _Context) -> Iterator[Command | Refusal]:
+        """Yield what is meant by "take it, no, push it"; what was taken back may still be named."""
+        *before, last = self.graph.arguments(node_id)
+        for each in before:
+            for found in self.under(each, context=context):
+                yield replace(refusal(Reason.TAKEN_BACK), event=found.event)
+        yield from self.under(last, context=context)
+
+    def _subordinator(self, node_id: str) -> Subordinator | None:
+        """Return what a conjunction of two clauses says; None for any other node."""
+        predicate = self.graph.predicate(node_id)
+        if predicate.part is not Part.OTHER or len(self.graph.arguments(node_id)) != 2:
+            return None
+        return lexicon().subordinators.get(predicate.lemma)
+
+    def _with_side(self, node_id: str, *, context: _Context) -> Iterator[Command | Refusal]:
+        """Yield what a sentence commands with its subordinate clause, in the order of doing."""
+        found = self._subordinator(node_id)
+        main, side = self.graph.arguments(node_id)
+        ours = self._subject(self._first_of(side)) not in ("3", "")
+        role = SideRole.CONDITION if found is None else found.role
+        if role is SideRole.CONDITION or (role is SideRole.OCCASION and not ours):
+            yield refusal(Reason.CONDITION)
+            return
+        told = list(self.under(main, context=context))
+        if role is SideRole.REASON or not any(isinstance(each, Command) for each in told):
+            yield from told
+            return
+        aside = list(self.under(side, context=replace(context, aside=True)))
+        yield from (*told, *aside) if role is SideRole.LATER else (*aside, *told)
+
+    def _first_of(self, node_id: str) -> str:
+        """Return the first verb or adjective that a conjunction holds."""
+        while self.graph.part(node_id) is Part.CONJUNCTION and self.graph.arguments(node_id):
+            node_id = self.graph.arguments(node_id)[0]
+        return node_id
 
     def _below(self, node_id: str, *, context: _Context) -> Iterator[Command | Refusal]:
         events = [each for each in self.graph.arguments(node_id) if self._is_event(each)]
@@ -172,7 +221,8 @@ class _Finder:
         """Whether a node is a predicate that a verb above it may bring."""
         part = self.graph.part(node_id)
         verbal = self._is_event(node_id) and part in (Part.VERB, Part.CONJUNCTION)
-        return verbal or self.graph.label(node_id) == "neg"
+        denial = self.graph.predicate(node_id).lemma in _DENYING
+        return verbal or denial or self.graph.label(node_id) == "neg"
 
     def _is_conjoined(self, node_id: str) -> bool:
         return any(
@@ -201,11 +251,15 @@ class _Finder:
     def _particle(self, node_id: str) -> str:
         sense = self.graph.predicate(node_id).sense.removeprefix("x-")
         particles = lexicon().closed["particles"]
-        if sense in particles:
+        entry = self.verbs.entry(self.graph.predicate(node_id).lemma)
+        changing = frozenset() if entry is None else entry.not_with
+        if sense in particles or sense in changing:
             return sense
         for source in self.graph.into(node_id):
             lemma = self.graph.predicate(source).lemma
-            if lemma in particles and self.graph.argument(source, "ARG2") is None:
+            if (lemma in particles or lemma in changing) and self.graph.argument(
+                source, "ARG2"
+            ) is None:
                 return lemma
         return ""
 
@@ -217,6 +271,9 @@ class _Finder:
             return replace(refusal(Reason.NEGATED, verb=lemma), event=node_id)
         person = self._subject(node_id)
         silent = person == "" and not context.ordered and not self._commands(node_id)
+        state = entry is None and lemma in lexicon().closed["statives"]
+        if context.aside and (state or person == "3"):
+            return replace(refusal(Reason.STATEMENT, verb=lemma), event=node_id)
         if person == "3" or silent:
             return refusal(Reason.QUESTION if context.asked else Reason.STATEMENT, verb=lemma)
         if context.asked and not (context.modal and person in ("2", "1pl")):
@@ -226,7 +283,7 @@ class _Finder:
                 lemma if not particle or lemma not in self.verbs.entries else f"{lemma} {particle}"
             )
             return refusal(Reason.UNKNOWN_VERB, verb=lemma, message=teaching_hint(spoken))
-        return Command(event=node_id, verb=lemma, entry=entry)
+        return Command(event=node_id, verb=lemma, entry=entry, aside=context.aside)
 
     def _commands(self, node_id: str) -> bool:
         return bool(self.graph.node(node_id).properties.get("SF") == "comm")

@@ -1,6 +1,6 @@
 """Pronouns over the sentences of a discourse: what "it", "them" and "the red one" stand for."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Final
 
@@ -25,13 +25,15 @@ class Referent:
 
     Attributes:
         mention: how, in full.
-        instruction: index of the instruction whose target it is; None for a landmark.
+        instruction: index of the instruction whose target it is; None where it is of none.
         draft: number of the command it was named in.
+        acted_on: whether it is the object of a verb, carried out or not; a landmark is none.
     """
 
     mention: Mention
     instruction: int | None
     draft: int
+    acted_on: bool = True
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -57,18 +59,40 @@ class Discourse:
     def understand(self, drafts: Sequence[Draft]) -> list[Instruction] | Refusal:
         """Return the instructions of a sentence; a refusal leaves the discourse as it was."""
         before = (len(self.referents), self.instructions, self.drafts)
-        found: list[Instruction] = []
-        for draft in drafts:
-            result = self._one(draft)
+        told: dict[int, list[Instruction]] = {}
+        for i in sorted(range(len(drafts)), key=lambda i: drafts[i].start):
+            result = self._one(drafts[i])
             if isinstance(result, Refusal):
                 del self.referents[before[0] :]
                 self.instructions, self.drafts = before[1], before[2]
                 return result
-            found.extend(result)
-        return found
+            told[i] = result
+        return self._in_order_of_doing(told, first=before[1])
+
+    def _in_order_of_doing(
+        self, told: Mapping[int, Sequence[Instruction]], *, first: int
+    ) -> list[Instruction]:
+        """Return what was said in one order and is done in another, numbered as it is done.
+
+        Args:
+            told: number of the draft -> its instructions, in the order spoken.
+            first: the index of the first of them.
+        """
+        spoken = [(i, k) for i, found in told.items() for k in range(len(found))]
+        number = {spoken.index(at) + first: first + n for n, at in enumerate(sorted(spoken))}
+        self.referents = [
+            each if each.instruction is None
+            else replace(each, instruction=number.get(each.instruction, each.instruction))
+            for each in self.referents
+        ]  # fmt: skip
+        return [
+            each if each.resolved_from is None
+            else replace(each, resolved_from=number.get(each.resolved_from, each.resolved_from))
+            for _, found in sorted(told.items()) for each in found
+        ]  # fmt: skip
 
     def _one(self, draft: Draft) -> list[Instruction] | Refusal:
-        self._name(draft.background)
+        self._name(draft.background, acted_on=True)
         targets: list[_Resolved] = []
         for one in draft.targets:
             named = [each.mention for each in targets]
@@ -106,7 +130,8 @@ class Discourse:
 
     def _remember(self, draft: Draft, *, targets: Sequence[_Resolved]) -> None:
         phrases = (*draft.relation, *draft.location)
-        self._name(part for each in phrases for part in each.parts if isinstance(part, Mention))
+        landmarks = [part for each in phrases for part in each.parts if isinstance(part, Mention)]
+        self._name(landmarks, acted_on=False)
         for each in targets:
             self.referents.append(
                 Referent(mention=each.mention, instruction=self.instructions, draft=self.drafts)
@@ -114,11 +139,13 @@ class Discourse:
             self.instructions += 1
         self.drafts += 1
 
-    def _name(self, found: Iterable[Mention]) -> None:
+    def _name(self, found: Iterable[Mention], *, acted_on: bool) -> None:
         """Remember what was named, but is no target."""
         for each in found:
             if each.reference is Reference.NAMED and each.words:
-                referent = Referent(mention=each, instruction=None, draft=self.drafts)
+                referent = Referent(
+                    mention=each, instruction=None, draft=self.drafts, acted_on=acted_on
+                )
                 self.referents.append(referent)
 
     def _target(self, one: Mention, *, action: Action, own: Sequence[Mention]) -> list[_Resolved]:
@@ -143,7 +170,7 @@ class Discourse:
             openable = [e for e in fitting if e.mention.words[-1] in lexicon().openable]
             if openable:
                 return [_resolved(openable[0])]
-        return [_resolved(each) for each in fitting if each.instruction is not None][:1]
+        return [_resolved(each) for each in fitting if each.acted_on][:1]
 
     def _several(self, *, own: Sequence[Mention]) -> list[_Resolved]:
         """Return the latest plural target, or those named together, or all that were named."""

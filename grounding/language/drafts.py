@@ -53,6 +53,7 @@ class Draft:
         location: the phrases of the location, in order; empty for the target's own.
         relation: the phrases that describe the target.
         background: what was named before in the sentence by what commands nothing.
+        start: where its verb stands in the sentence.
     """
 
     action: Action
@@ -61,6 +62,7 @@ class Draft:
     location: tuple[Phrase, ...]
     relation: tuple[Phrase, ...]
     background: tuple[Mention, ...] = ()
+    start: int = 0
 
 
 class Reason(StrEnum):
@@ -74,6 +76,8 @@ class Reason(StrEnum):
     QUESTION = "it asks something and commands nothing"
     NEGATED = "it is a negated command, which is never carried out"
     CHOICE = 'it leaves a choice ("or"); say which one'
+    CONDITION = "it depends on a condition; say it again when that holds"
+    TAKEN_BACK = "it was taken back"
     NO_OBJECT = "the verb has no object"
     UNKNOWN_VERB = "the verb is not known"
     BACKEND = "the parser failed"
@@ -100,6 +104,11 @@ class Refusal:
     def is_final(self) -> bool:
         """Whether another reading of the sentence must not be tried."""
         return self.reason not in (Reason.FRAGMENT, Reason.NO_OBJECT, Reason.NOT_UNDERSTOOD)
+
+    @property
+    def is_silent(self) -> bool:
+        """Whether what is refused may be left out beside a command."""
+        return self.reason in (Reason.NEGATED, Reason.STATEMENT, Reason.TAKEN_BACK)
 
 
 def refusal(reason: Reason, *, message: str = "", verb: str = "") -> Refusal:

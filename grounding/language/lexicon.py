@@ -3,11 +3,35 @@
 import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from enum import StrEnum
 from functools import cache
 from importlib.resources import files
+from itertools import product
 from typing import Any, Final
 
 from grounding.language.morphology import Degree, Form, degrees, inflections
+
+
+class SideRole(StrEnum):
+    """What a subordinate clause says of the main one."""
+
+    EARLIER = "earlier"  # it happens before
+    LATER = "later"
+    REASON = "reason"  # it tells no more than why, or how long
+    OCCASION = "occasion"  # a time if it tells what you or I do, a condition otherwise
+    CONDITION = "condition"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Subordinator:
+    """A conjunction that opens a subordinate clause."""
+
+    predicate: str
+    role: SideRole
+
+
+CORRECTION: Final = "or+rather"
+"""The conjunction that stands for all ways of taking back what was just said."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -30,6 +54,7 @@ class Lexicon:
         prepositions: lemma -> predicate where it modifies a noun, and where an event.
         irregular_verbs: lemma -> its past and its participle.
         control: kind of complement -> verbs that bring another verb in that form.
+        subordinators: conjunction, its words joined by a plus -> what its clause is.
     """
 
     closed: Mapping[str, frozenset[str]]
@@ -47,15 +72,17 @@ class Lexicon:
     prepositions: Mapping[str, tuple[str, str]]
     irregular_verbs: Mapping[str, str]
     control: Mapping[str, frozenset[str]]
+    subordinators: Mapping[str, Subordinator]
 
 
 _CLOSED: Final = (
     "determiners", "demonstratives", "quantities", "cardinals", "ordinals", "particles", "places",
     "adverbs", "interjections", "calls", "results", "units", "conjunctions", "function_words",
-    "negations", "fillers",
+    "negations", "fillers", "statives",
 )  # fmt: skip
 _PHRASES: Final = (
     "phrases", "conjunction_phrases", "without", "leads_base", "leads_gerund", "negation_phrases",
+    "asides", "corrections", "tags",
 )  # fmt: skip
 _CLASSES: Final = ("colour", "size", "weight", "side", "material")
 
@@ -81,7 +108,11 @@ def lexicon() -> Lexicon:
     return Lexicon(
         closed=closed,
         starts={name: _phrases(table[name]) for name in _PHRASES}
-        | {"prepositions": _phrases(words["multiple"]), "kept": _phrases(words["kept"])},
+        | {
+            "prepositions": _phrases(words["multiple"]),
+            "kept": _phrases(words["kept"]),
+            "subordinators": _phrases("|".join(table["subordinators"])),
+        },
         nouns=frozenset(nouns["words"].split()) | frozenset(table["directions"]),
         plurals=nouns["irregular"],
         plural_only=frozenset(nouns["plural_only"].split()),
@@ -95,16 +126,31 @@ def lexicon() -> Lexicon:
         prepositions={word: (pair[0], pair[1]) for word, pair in table["prepositions"].items()},
         irregular_verbs=verbs["irregular"],
         control={kind: frozenset(text.split()) for kind, text in table["control"].items()},
+        subordinators={
+            words.replace(" ", "+"): Subordinator(predicate=pair[0], role=SideRole(pair[1]))
+            for words, pair in table["subordinators"].items()
+        },
     )
 
 
 def _phrases(text: str) -> dict[str, tuple[tuple[str, ...], ...]]:
-    """Return first word -> phrases, the longest first, of a list that is separated by bars."""
-    found = [tuple(phrase.split()) for phrase in text.replace("\n", "|").split("|")]
+    """Return first word -> phrases, the longest first, of a list that is separated by bars.
+
+    In a phrase "a/b" stands for either word, and "a?" for a word that may be missing.
+    """
+    found = [
+        tuple(word for word in chosen if word)
+        for phrase in text.replace("\n", "|").split("|")
+        for chosen in product(*(_alternatives(word) for word in phrase.split()))
+    ]
     starts: dict[str, tuple[tuple[str, ...], ...]] = {}
     for words in sorted((words for words in found if words), key=len, reverse=True):
         starts[words[0]] = (*starts.get(words[0], ()), words)
     return starts
+
+
+def _alternatives(word: str) -> list[str]:
+    return [*word.removesuffix("?").split("/"), *([""] if word.endswith("?") else [])]
 
 
 def _adjectives(table: Mapping[str, Any]) -> dict[str, tuple[str, Degree]]:

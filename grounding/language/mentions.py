@@ -7,7 +7,7 @@ from typing import Final
 
 from grounding.language.drafts import Mention, Reference
 from grounding.language.graph import Graph, Part
-from grounding.language.lexicon import lexicon
+from grounding.language.lexicon import CORRECTION, lexicon
 from grounding.language.numerals import CARDINALS, ORDINALS
 
 Words = tuple[str, ...]
@@ -22,7 +22,7 @@ class ChoiceLeft(Exception):  # noqa: N818 - no error of ours: the speaker left 
 
 
 def conjuncts(graph: Graph, x: str) -> list[str]:
-    """Return the noun nodes that a conjunction holds, in order; what "but not" excludes is out.
+    """Return the noun nodes that a conjunction means, in order; what it excludes is out.
 
     Raises:
         ChoiceLeft: for "or".
@@ -34,6 +34,7 @@ def conjuncts(graph: Graph, x: str) -> list[str]:
         raise ChoiceLeft
     arguments = graph.arguments(x)
     kept = arguments[:1] if lemma in _EXCLUDING else arguments
+    kept = arguments[-1:] if lemma == CORRECTION else kept
     return [each for argument in kept for each in conjuncts(graph, argument)]
 
 
@@ -41,20 +42,32 @@ def mentions(graph: Graph, x: str) -> list[Mention]:
     """Return the mentions that a noun node stands for.
 
     There are several for a conjunction, and for "the red and blue cubes": no cube is both. "The
-    red and the blue cube" lends its noun to the first.
+    red and the blue cube" lends its noun to the first, "the red cube, no, the blue" to the last.
     """
-    return lent([mention for each in conjuncts(graph, x) for mention in _of_one(graph, each)])
+    found = lent([mention for each in conjuncts(graph, x) for mention in _of_one(graph, each)])
+    taken_back = replaced(graph, x)
+    if taken_back is None or len(found) != 1:
+        return found
+    return [with_noun_of(found[0], lender=mentions(graph, taken_back)[-1])]
+
+
+def replaced(graph: Graph, x: str) -> str | None:
+    """Return the noun node that a correction takes back; None where `x` is no correction."""
+    if graph.part(x) is Part.CONJUNCTION and graph.predicate(x).lemma == CORRECTION:
+        return graph.argument(x, "ARG1")
+    return None
 
 
 def lent(mentions_in_order: Sequence[Mention]) -> list[Mention]:
     """Return mentions where each that lacks its noun has that of the next."""
     found = list(mentions_in_order)
     for i in range(len(found) - 2, -1, -1):
-        found[i] = _with_noun_of(found[i], lender=found[i + 1])
+        found[i] = with_noun_of(found[i], lender=found[i + 1])
     return found
 
 
-def _with_noun_of(one: Mention, *, lender: Mention) -> Mention:
+def with_noun_of(one: Mention, *, lender: Mention) -> Mention:
+    """Return a mention that lacks its noun with that of another."""
     classes = lexicon().classes
     bare = one.reference is Reference.NOUN_MISSING and bool(one.words)
     colour = (
@@ -217,7 +230,8 @@ def _is_plain(graph: Graph, adjective: str) -> bool:
     if graph.node(adjective).type == "x" or graph.predicate(adjective).lemma in ("there", "here"):
         return False
     return not any(
-        graph.label(source) == "neg" or graph.part(source) is Part.PREPOSITION
+        graph.label(source) == "neg"
+        or (graph.part(source) is Part.PREPOSITION and graph.predicate(source).lemma != "than")
         for source in graph.into(adjective)
     ) and not label.endswith("_x_deg")
 
@@ -236,7 +250,7 @@ def _spelled(graph: Graph, node_id: str, *, names: Sequence[str]) -> str:
     """Return a number or name as it was spoken, or spelled where the sentence is not at hand."""
     node = graph.node(node_id)
     spoken, carg = graph.sentence[node.cfrom : node.cto].lower(), str(node.carg)
-    if spoken.isalnum():
+    if spoken.isalpha() or spoken.isdigit():
         return spoken
     return names[int(carg)] if carg.isdigit() and int(carg) < len(names) else carg.lower()
 

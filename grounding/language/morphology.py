@@ -1,6 +1,6 @@
 """Inflection of English by rule: which forms a lemma has, and which lemma a plural comes from."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from enum import StrEnum
 from typing import Final
 
@@ -24,6 +24,10 @@ class Form(StrEnum):
     PAST = "past"
     PARTICIPLE = "participle"
     GERUND = "gerund"
+
+
+VerbForms = Mapping[str, tuple[tuple[str, Form], ...]]
+"""A form as it is spoken -> every (lemma, form) it may be."""
 
 
 def inflections(lemma: str, *, irregular: str = "") -> Iterator[tuple[str, Form]]:

@@ -7,7 +7,7 @@ from typing import Final
 from grounding.language.drafts import Mention, Phrase
 from grounding.language.graph import Graph, Part
 from grounding.language.lexicon import lexicon
-from grounding.language.mentions import ChoiceLeft, lent, mentions
+from grounding.language.mentions import ChoiceLeft, lent, mentions, replaced, with_noun_of
 
 _PLACING: Final = frozenset({"put", "place", "set", "lay", "leave", "drop", "stack", "see", "find"})
 _CLAUSE_WORDS: Final = frozenset({"that", "which", "who", "is", "are", "was", "were", "that's"})
@@ -113,6 +113,8 @@ class _Explorer:
     def landmark(self, x: str) -> list[str | Mention]:
         """Return the words of a landmark: conjuncts with "and", a side with what it is of."""
         graph = self.graph
+        if replaced(graph, x) is not None:
+            return self._corrected(x)
         if graph.part(x) is Part.CONJUNCTION:
             sides = [self.landmark(each) for each in graph.arguments(x)]
             word = graph.predicate(x).lemma or "and"
@@ -124,6 +126,8 @@ class _Explorer:
                 and isinstance(sides[1][0], Mention)
             ):
                 sides[0][-1] = lent([sides[0][-1], sides[1][0]])[0]
+            for side, each in zip(sides[:-1], graph.arguments(x), strict=False):
+                side.extend(self._said_of(each))
             return [*sides[0], *(part for side in sides[1:] for part in (word, *side))]
         if graph.label(x) == "place_n":
             return self._place(x)
@@ -133,6 +137,19 @@ class _Explorer:
             parts.extend(("and", more))
         whole = self._whole(x)
         return [*parts, "of", *self.landmark(whole)] if whole is not None else parts
+
+    def _said_of(self, x: str) -> list[str | Mention]:
+        """Return the words that say where a landmark is."""
+        units = sorted(self._on_landmark(x, in_clause=False), key=lambda unit: unit.start)
+        return [part for unit in units for part in unit.phrase.parts]
+
+    def _corrected(self, x: str) -> list[str | Mention]:
+        """Return the words of "the red block, no, the blue one": the last is meant."""
+        left, right = self.graph.arguments(x)
+        first, *rest = self.landmark(right)
+        if isinstance(first, Mention) and self.graph.part(left) is Part.NOUN:
+            first = with_noun_of(first, lender=mentions(self.graph, left)[-1])
+        return [first, *rest]
 
     def _whole(self, x: str) -> str | None:
         """Return what a landmark is a side or part of."""
@@ -188,10 +205,22 @@ class _Explorer:
         for verb in clauses:
             if graph.part(verb) is Part.VERB and verb not in self.visited:
                 self.visited.add(verb)
+                yield from self._possessed(verb, of=x, in_clause=in_clause)
                 subject = graph.argument(verb, "ARG1")
                 loose = subject not in (None, x) and graph.predicate(verb).lemma not in _PLACING
                 for unit in self.on(verb, in_clause=in_clause, nested=not in_clause):
                     yield replace(unit, loose=loose)
+
+    def _possessed(self, verb: str, *, of: str, in_clause: bool) -> Iterator[Unit]:
+        """Yield "with a red lid" for "that has a red lid"."""
+        graph = self.graph
+        owned = graph.argument(verb, "ARG2")
+        if graph.predicate(verb).lemma == "have" and owned not in (None, of):
+            parts = ("with", *self.landmark(str(owned)))
+            yield Unit(
+                start=graph.start(verb), preposition="with", phrase=Phrase(parts=parts),
+                in_clause=in_clause,
+            )  # fmt: skip
 
 
 def _opens_clause(graph: Graph, node_id: str) -> bool:

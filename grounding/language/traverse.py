@@ -43,7 +43,9 @@ def traverse(eds: EDS, *, sentence: str, verbs: VerbTable) -> list[Draft] | Refu
             result = _elliptic(graph, each, after=drafts[-1]) or result
         if isinstance(result, Draft):
             drafts.append(replace(result, background=background))
-        elif result.reason in (Reason.NEGATED, Reason.STATEMENT):
+        elif isinstance(each, Command) and each.aside and _lacks_object(result):
+            continue
+        elif result.is_silent:
             silent = silent or result
             background += _named(graph, result)
         else:
@@ -82,7 +84,7 @@ def _elliptic(graph: Graph, command: Command, *, after: Draft) -> Draft | None:
     same = Mention(words=(), reference=Reference.PRONOUN, plural=plural, text=command.verb)
     return Draft(
         action=command.entry.action, verb=command.verb, targets=(same,), location=tuple(location),
-        relation=(),
+        relation=(), start=graph.start(command.event),
     )  # fmt: skip
 
 
@@ -116,7 +118,7 @@ def _complete(
     location += _recipient(graph, command, target=target.node)
     return Draft(
         action=command.entry.action, verb=command.verb, targets=tuple(targets),
-        location=tuple(location), relation=tuple(relation),
+        location=tuple(location), relation=tuple(relation), start=front,
     )  # fmt: skip
 
 

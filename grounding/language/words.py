@@ -1,28 +1,21 @@
 """Tokens: the words of a sentence with everything that the lexicon says they may be."""
 
-import re
-from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Final
 
 from grounding.language.lexicon import Lexicon, lexicon
-from grounding.language.morphology import Degree, Form, inflections, singular_candidates
+from grounding.language.morphology import (
+    Degree,
+    Form,
+    VerbForms,
+    inflections,
+    singular_candidates,
+)
+from grounding.language.pieces import Piece, pieces_of
 from grounding.language.verbs import VerbTable
 
-VerbForms = Mapping[str, tuple[tuple[str, Form], ...]]
-
-_TOKEN: Final = re.compile(r"[^\W_]+(?:[-'][^\W_]+)*|\S")
-_SKIPPED: Final = frozenset("\"()[]{}<>*`“”«»'!?.…")
 _PAUSES: Final = frozenset(",;:-\u2013\u2014/")
-_CLITIC: Final = re.compile(r"(n't|'s|'m|'re|'ll|'ve|'d)$")
-_FUSED: Final = {
-    "cannot": ("can", "not"), "cant": ("can", "not"), "dont": ("do", "not"),
-    "gonna": ("going", "to"), "wanna": ("want", "to"), "gotta": ("have", "to"),
-    "lets": ("let", "'s"), "lemme": ("let", "me"), "gimme": ("give", "me"),
-}  # fmt: skip
-_FULL: Final = {"n't": "not", "'m": "am", "'re": "are", "'ll": "will", "'ve": "have", "'d": "would"}
-_STEMS: Final = {"ca": "can", "wo": "will", "sha": "shall"}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -79,55 +72,19 @@ def verb_forms(table: VerbTable) -> VerbForms:
 
 def tokens_of(sentence: str, *, forms: VerbForms) -> list[Token]:
     """Return the tokens of a sentence; brackets, quotes and full stops are left out."""
-    found = [
-        _token(text, start=start, end=end, capital=capital, forms=forms)
-        for text, start, end, capital in _pieces(sentence.replace("\u2019", "'"))
-    ]
+    found = [_token(piece, forms=forms) for piece in pieces_of(sentence, forms=forms)]
     while found and found[-1].is_a("junk"):
         found.pop()
-    return _without_fillers(found)
+    return found
 
 
-def _without_fillers(tokens: list[Token]) -> list[Token]:
-    """Leave out "uh" with the pauses around it."""
-    kept: list[Token] = []
-    skips = False
-    for token in tokens:
-        if token.is_a("fillers"):
-            skips = True
-            while kept and kept[-1].is_a("pause"):
-                kept.pop()
-        elif not (skips and token.is_a("pause")):
-            kept.append(token)
-            skips = False
-    return kept
-
-
-def _pieces(sentence: str) -> Iterator[tuple[str, int, int, bool]]:
-    for match in _TOKEN.finditer(sentence):
-        raw, start = match[0], match.start()
-        if raw in _SKIPPED:
-            continue
-        text, end, capital = raw.lower(), start + len(raw), raw[0].isupper()
-        clitic = _CLITIC.search(text)
-        if text in _FUSED:
-            first, second = _FUSED[text]
-            yield first, start, end, capital
-            yield second, start, end, False
-        elif clitic and clitic.start() > 0:
-            stem = text[: clitic.start()]
-            yield _STEMS.get(stem, stem), start, start + len(stem), capital
-            yield _FULL.get(clitic[0], clitic[0]), start + len(stem), end, False
-        else:
-            yield text, start, end, capital
-
-
-def _token(text: str, *, start: int, end: int, capital: bool, forms: VerbForms) -> Token:
-    closed, noun, plural, adjective, degree, known = _analysis(text)
-    verbs = forms.get(text, ())
+def _token(piece: Piece, *, forms: VerbForms) -> Token:
+    closed, noun, plural, adjective, degree, known = _analysis(piece.text)
+    verbs = forms.get(piece.text, ())
     return Token(
-        text=text, start=start, end=end, capital=capital, closed=closed, noun=noun, plural=plural,
-        adjective=adjective, degree=degree, verbs=verbs, known=known or bool(verbs),
+        text=piece.text, start=piece.start, end=piece.end, capital=piece.capital, closed=closed,
+        noun=noun, plural=plural, adjective=adjective, degree=degree, verbs=verbs,
+        known=known or bool(verbs),
     )  # fmt: skip
 
 

@@ -6,6 +6,7 @@ from typing import Final
 from delphin.eds import EDS
 
 from grounding.language.compose.clauses import compose
+from grounding.language.disfluency import fluent
 from grounding.language.grammar.clauses import readings
 from grounding.language.verbs import VerbTable
 from grounding.language.words import tokens_of, verb_forms
@@ -27,7 +28,7 @@ class Embedded:
 
     def readings(self, sentence: str) -> Sequence[EDS]:
         """Return the readings of a sentence; none for one of more than `MAX_TOKENS` words."""
-        tokens = tokens_of(sentence, forms=self._forms)
+        tokens = fluent(tokens_of(sentence, forms=self._forms))
         if not tokens or len(tokens) > MAX_TOKENS:
             return []
         return [compose(tree) for tree in readings(tokens, verbs=self._verbs)]

@@ -21,6 +21,7 @@ from grounding.language.grammar.tree import (
     PredicatePair,
     PrepPhrase,
     Sentence,
+    Subordination,
     VerbPhrase,
     Word,
 )
@@ -50,6 +51,10 @@ class Clauses:
             case ClausePair():
                 left, right = self.sentence(sentence.left), self.sentence(sentence.right)
                 return self._pair(sentence.conjunction, left=left, right=right)
+            case Subordination(word=word):
+                main, side = self.sentence(sentence.main), self.sentence(sentence.side)
+                label = self._words.subordinators[word.lemma].predicate
+                return self.nodes.event(label, at=word.span, edges={"ARG1": main, "ARG2": side})
             case Fragment(nominal=nominal):
                 x = self._things.nominal(nominal)
                 return self.nodes.event(

@@ -7,6 +7,7 @@ from grounding.language.compose.nodes import Nodes, Span
 from grounding.language.grammar.tree import (
     Adjective,
     AdjectivePair,
+    Kept,
     Kind,
     Modifier,
     Nominal,
@@ -326,7 +327,7 @@ class Things:
 
 
 def _conjunction_label(pair: NounPair) -> str:
-    if pair.excludes:
+    if pair.kept is Kept.LEFT:
         return "_but+not_c"
     if pair.conjunction is None:
         return "implicit_conj"

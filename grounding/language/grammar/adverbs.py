@@ -1,6 +1,7 @@
 """Adverbs, markers of discourse and polite words: what an instruction can do without."""
 
 from grounding.language.grammar.chart import Chart
+from grounding.language.grammar.measures import after_measure
 from grounding.language.grammar.rules import gerund_predicate, simple_noun
 from grounding.language.grammar.tree import Adverb
 from grounding.language.morphology import Form
@@ -29,19 +30,29 @@ def adverb_at(chart: Chart, i: int, *, closing: bool) -> tuple[Adverb | None, in
         closing: whether the place is behind a verb, where "open" and ", please" may stand.
     """
     j = i + (closing and chart.at(i).is_a("pause"))
-    end = chart.after_phrase(j, name="phrases")
-    if end > j:
-        return Adverb(word=chart.joined(j, end)), end
+    said = chart.after_phrase(j, name="phrases")
+    for end in (said, _after_aside(chart, i), after_measure(chart, j) if closing else j):
+        if end > j:
+            return Adverb(word=chart.joined(j, end)), end
     without = chart.after_phrase(j, name="without")
     if without > j:
         return _without(chart, j, i=without)
     if closing and chart.at(j).text == "where":
         return _where(chart, j)
-    if closing and _measure(chart, j) > j:
-        return Adverb(word=chart.joined(j, _measure(chart, j))), _measure(chart, j)
     if _is_adverb(chart, j, closing=closing):
         return Adverb(word=chart.word(j)), j + 1
     return None, i
+
+
+def _after_aside(chart: Chart, i: int) -> int:
+    """Return where "you know" between pauses, or ", would you" at the end, ends; else `i`."""
+    j = chart.after_pauses(i)
+    paused = j > i or i == 0 or chart.at(i - 1).is_a("pause")
+    end = chart.after_phrase(j, name="asides")
+    if paused and end > j and (chart.at(end).is_a("pause") or not chart.at(end).text):
+        return end
+    end = chart.after_phrase(j, name="tags")
+    return end if end > j > 0 and not chart.at(end).text else i
 
 
 def _is_adverb(chart: Chart, i: int, *, closing: bool) -> bool:
@@ -67,14 +78,6 @@ def _has_another_use(chart: Chart, i: int, *, closing: bool) -> bool:
     if token.is_a("determiners"):
         return not (following.is_a("pause") or following.verb(Form.BASE) or not following.text)
     return closing and token.text == "then" and bool(following.text)
-
-
-def _measure(chart: Chart, i: int) -> int:
-    """Return where "two inches" or "by ninety degrees" ends, or `i`."""
-    j = i + (chart.at(i).text in ("by", "for", "about"))
-    k = j + (chart.at(j).is_a("cardinals") or chart.at(j).text in ("a", "an", "one", "few"))
-    k += chart.at(k).text in ("few", "little", "bit")
-    return k + 1 if k > j and chart.at(k).is_a("units") else i
 
 
 def _where(chart: Chart, i: int) -> tuple[Adverb | None, int]:

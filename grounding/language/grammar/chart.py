@@ -52,6 +52,20 @@ class Chart:
                 return i + len(words)
         return i
 
+    def after_correction(self, i: int) -> int:
+        """Return where "no, I mean" ends, with the pauses around it, or `i`."""
+        j = self.after_pauses(i)
+        end = self.after_phrase(j, name="corrections")
+        if end == j:
+            return i
+        return max(self.after_correction(end), self.after_pauses(end))
+
+    def after_pauses(self, i: int) -> int:
+        """Return where the pauses that start here end."""
+        while self.at(i).is_a("pause"):
+            i += 1
+        return i
+
 
 def _same(text: str, word: str) -> bool:
     return text == word or (word == "is" and text == "'s")

@@ -10,12 +10,14 @@ from grounding.language.grammar.descriptions import described
 from grounding.language.grammar.predicates import connectors
 from grounding.language.grammar.rules import (
     base_predicate,
+    clause,
     finite_predicate,
     gerund_predicate,
     nominal,
     prep_phrase,
     simple_noun,
 )
+from grounding.language.grammar.subordinate import subordinated
 from grounding.language.grammar.tree import (
     Adverb,
     Clause,
@@ -40,7 +42,6 @@ _SPEAKERS: Final = frozenset({"i", "you", "we"})
 
 Reading = tuple[Mood, Nominal | None, Predicate, int]
 
-_clause = Rule[Sentence]("one clause")
 _clauses = Rule[Sentence]("clauses in a row")
 
 
@@ -62,14 +63,14 @@ def _closed(chart: Chart, i: int) -> int:
 
 @_clauses.define
 def _all_clauses(chart: Chart, i: int) -> Found[Sentence]:
-    for left, j in _clause(chart, i):
+    for left, j in subordinated(chart, i):
         for word, k in connectors(chart, j):
             for right, end in _clauses(chart, k):
                 yield ClausePair(conjunction=word, left=left, right=right), end
         yield left, j
 
 
-@_clause.define
+@clause.define
 def _one_clause(chart: Chart, i: int) -> Found[Sentence]:
     adverbs, j = _opening(chart, i)
     yield from _commanding(chart, j, adverbs=adverbs)
@@ -148,10 +149,10 @@ def _led(chart: Chart, i: int) -> Iterator[Reading]:
 
 
 def _asked(chart: Chart, i: int) -> Iterator[Reading]:
-    """Yield "could you take the cube": a modal, its subject, the rest."""
+    """Yield "could you take the cube", "can't you take it": a modal, its subject, the rest."""
     if chart.at(i).text not in chart.words.control["modal"]:
         return
-    for subject, j in simple_noun(chart, i + 1):
+    for subject, j in simple_noun(chart, i + 1 + (chart.at(i + 1).text == "not")):
         if subject.kind is not Kind.PRONOUN:
             continue
         for body, end in base_predicate(chart, j):

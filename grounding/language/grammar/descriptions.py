@@ -20,6 +20,7 @@ from grounding.language.grammar.tree import (
     NounPhrase,
     PrepPhrase,
     Sentence,
+    VerbPhrase,
 )
 from grounding.language.grammar.verbs import verb_phrases
 from grounding.language.morphology import Form
@@ -51,6 +52,7 @@ def _stated(chart: Chart, i: int) -> Found[Sentence]:
             if chart.at(k).text in _BE:
                 start = k + 1 + (chart.at(k + 1).text == "not")
                 yield from _copular(chart, subject, i=start, verb=k, mood=Mood.STATEMENT)
+            yield from _having(chart, subject, i=k)
             if not _speaks(subject):
                 yield from _acting(chart, subject, i=k, mood=Mood.STATEMENT)
 
@@ -72,6 +74,20 @@ def _said(chart: Chart, i: int) -> Found[Said | None]:
     yield from prep_phrase(chart, i)
     yield from nominal(chart, i)
     yield None, i
+
+
+def _having(chart: Chart, subject: Nominal, *, i: int) -> Found[Clause]:
+    """Yield "you have the cube in your hand": a state, not a deed."""
+    if not any(lemma == "have" for lemma, _ in chart.at(i).verbs):
+        return
+    for taken, j in nominal(chart, i + 1):
+        phrases = [((), j)] + [((phrase,), k) for phrase, k in prep_phrase(chart, j)]
+        for found, end in phrases:
+            verb = VerbPhrase(
+                verb=chart.word(i, lemma="have"), form=Form.PRESENT, end=chart.at(end - 1).end,
+                object=taken, phrases=found,
+            )  # fmt: skip
+            yield Clause(mood=Mood.STATEMENT, predicate=verb, subject=subject), end
 
 
 def _acting(chart: Chart, subject: Nominal, *, i: int, mood: Mood) -> Found[Clause]:

@@ -4,6 +4,7 @@ from collections.abc import Iterator, Sequence
 from typing import Final
 
 from grounding.language.grammar.chart import Chart
+from grounding.language.grammar.measures import counts_steps
 from grounding.language.grammar.tree import (
     Adjective,
     AdjectivePair,
@@ -37,7 +38,9 @@ def nominal_run(chart: Chart, i: int, *, opened: bool) -> list[int]:
     j = i
     while True:
         token = chart.at(j)
-        measured = bool(run) and chart.at(j).is_a("cardinals") and chart.at(j + 1).is_a("units")
+        measured = bool(run) and chart.at(j).is_a("cardinals") and (
+            chart.at(j + 1).is_a("units") or counts_steps(chart, j)
+        )  # fmt: skip
         fixed = measured or (bool(run) and chart.after_phrase(j, name="phrases") > j)
         if (
             fixed
@@ -124,7 +127,8 @@ def _grades(chart: Chart, j: int) -> bool:
     """Whether a degree word stands before an adjective: "most", "very", "slightly"."""
     token = chart.at(j)
     if not is_adjective(chart.at(j + 1)):
-        return token.text == "very" and bool(chart.at(j + 1).noun)
+        more = token.text == "more" and chart.at(j - 1).is_a("cardinals")
+        return more or (token.text == "very" and bool(chart.at(j + 1).noun))
     return token.text in _GRADES or token.text in _INTENSIFIERS or _is_manner(token)
 
 

@@ -7,7 +7,16 @@ from typing import Final
 from grounding.language.grammar.chart import Chart, Found
 from grounding.language.grammar.modifiers import is_nominal, modifiers_of, nominal_run
 from grounding.language.grammar.rules import nominal, relative, simple_noun
-from grounding.language.grammar.tree import Kind, Nominal, NounPair, NounPhrase
+from grounding.language.grammar.tree import (
+    Kept,
+    Kind,
+    Nominal,
+    NounModifier,
+    NounPair,
+    NounPhrase,
+    Word,
+)
+from grounding.language.lexicon import CORRECTION
 from grounding.language.morphology import Degree, Form
 from grounding.language.words import unknown_noun
 
@@ -22,6 +31,8 @@ _PRONOUNS: Final = {
 _SUBJECTS: Final = frozenset({"i", "we", "he", "she", "they", "you"})
 _WHOLE: Final = frozenset({"all", "both", "half", "either", "neither", "such"})
 _SHORTER: Final = 3
+
+_Link = tuple[int, Word | None, Kept]
 
 
 def pronoun_person(chart: Chart, i: int) -> tuple[int, bool] | None:
@@ -143,9 +154,13 @@ def _headed(
     elif kind is Kind.ONE:
         lemma, plural = "one", token.text == "ones"
     start = chart.at(first if determiner is None else determiner).start
+    modifiers = modifiers_of(chart, run[:-1])
+    if kind is Kind.NUMBER:
+        counted = chart.word(run[-2], lemma=chart.at(run[-2]).noun)
+        modifiers = (*modifiers_of(chart, run[:-2]), NounModifier(word=counted))
     return NounPhrase(
         kind=kind, head=chart.word(at, lemma=lemma, known=token.known), plural=plural,
-        start=start, end=token.end, modifiers=modifiers_of(chart, run[:-1]),
+        start=start, end=token.end, modifiers=modifiers,
         determiner=None if determiner is None else chart.word(determiner),
     )  # fmt: skip
 
@@ -155,9 +170,10 @@ def _kind(chart: Chart, run: Sequence[int], *, determiner: int | None) -> Kind |
     after_noun = bool(before) and not before[-1].adjective and not before[-1].is_a("ordinals")
     if token.text in ("one", "ones"):
         alone = not before and determiner is None and token.text == "ones"
-        return Kind.NUMBER if after_noun else (None if alone else Kind.ONE)
+        named = after_noun or (before and before[-1].noun and determiner is None)
+        return Kind.NUMBER if named else (None if alone else Kind.ONE)
     if token.is_a("cardinals"):
-        return Kind.NUMBER if after_noun else None
+        return Kind.NUMBER if after_noun or (before and before[-1].noun) else None
     if _is_noun(chart, run[-1], opened=determiner is not None or bool(before)):
         return Kind.NOUN
     colour = chart.words.classes.get(token.text) == "colour"
@@ -204,43 +220,58 @@ def _replace(core: NounPhrase, **changes: object) -> NounPhrase:
 
 @nominal.define
 def _nominal(chart: Chart, i: int) -> Found[Nominal]:
-    for left, j in simple_noun(chart, i):
-        for at, word, excludes in _noun_conjunctions(chart, j):
+    denied = chart.at(i).text == "not"
+    for left, j in simple_noun(chart, i + denied):
+        links = _contrasts(chart, j) if denied else _noun_conjunctions(chart, j)
+        for at, word, kept in links:
             for right, end in nominal(chart, at):
                 first = _first(right)
                 unmarked = word is None and first is right and first.determiner is None
                 if unmarked or first.head.lemma in _SUBJECTS:
                     continue
-                conjunction = None if word is None else chart.joined(*word)
                 pair = NounPair(
-                    conjunction=conjunction, left=left, right=right, start=left.start,
-                    end=right.end, excludes=excludes,
+                    conjunction=word, left=left, right=right, start=left.start, end=right.end,
+                    kept=kept,
                 )  # fmt: skip
                 yield pair, end
-        yield left, j
+        if not denied:
+            yield left, j
 
 
 def _first(nominal: Nominal) -> NounPhrase:
     return nominal if isinstance(nominal, NounPhrase) else _first(nominal.left)
 
 
-def _noun_conjunctions(chart: Chart, i: int) -> Iterator[tuple[int, tuple[int, int] | None, bool]]:
-    """Yield where a conjoined noun phrase may start, its conjunction and whether it excludes."""
+def _contrasts(chart: Chart, i: int) -> Iterator[_Link]:
+    """Yield the link of "not the red cube but the blue one"."""
+    j = chart.after_pauses(i)
+    if chart.at(j).text == "but":
+        yield j + 1, chart.word(j, lemma=CORRECTION), Kept.RIGHT
+
+
+def _noun_conjunctions(chart: Chart, i: int) -> Iterator[_Link]:
+    """Yield where a conjoined noun phrase may start, its conjunction and which are meant."""
     paused = chart.at(i).is_a("pause")
     j = i + paused
     if chart.at(j).text == "not" or (chart.at(j).text, chart.at(j + 1).text) == ("but", "not"):
         end = j + 1 + (chart.at(j).text == "but")
-        yield end, (j, end), True
+        yield end, chart.joined(j, end), Kept.LEFT
         return
+    corrected = chart.after_correction(i)
+    actually = chart.at(j + 1).text == "," if chart.at(j).text == "actually" else False
+    if corrected == i and paused and chart.at(j).text == "actually":
+        corrected = j + 1 + actually
+    if corrected > i:
+        yield corrected, chart.word(j, lemma=CORRECTION), Kept.RIGHT
     end = chart.after_phrase(j, name="conjunction_phrases")
     if end == j and chart.at(j).text in ("and", "or", "plus", "&", "nor"):
         end = j + 1
     if end == j and chart.at(j).text == "then" and chart.at(j + 1).is_a("determiners"):
         end = j + 1
     if end > j and not opens_predicate(chart, end):
-        yield end, (j, end), False
+        yield end, chart.joined(j, end), Kept.BOTH
     elif end == j and paused and not opens_predicate(chart, end):
-        yield end, None, False
+        yield end, None, Kept.BOTH
 
 
 def opens_predicate(chart: Chart, i: int) -> bool:

@@ -13,6 +13,8 @@ from grounding.language.grammar.rules import (
     gerund_predicate,
     participle_predicate,
     simple_noun,
+    single_finite,
+    single_gerund,
 )
 from grounding.language.grammar.tree import (
     Adverb,
@@ -24,14 +26,13 @@ from grounding.language.grammar.tree import (
     Word,
 )
 from grounding.language.grammar.verbs import verb_phrases
+from grounding.language.lexicon import CORRECTION
 from grounding.language.morphology import Form
 from grounding.language.words import Token
 
 _TO_AFTER_BE: Final = frozenset({"going", "about", "able", "supposed", "ready", "meant", "sure"})
 
 _single_base = Rule[Predicate]("one predicate in the base form")
-_single_finite = Rule[Predicate]("one predicate in the present or past")
-_single_gerund = Rule[Predicate]("one predicate in the gerund")
 _single_participle = Rule[Predicate]("one predicate in the participle")
 
 
@@ -42,12 +43,12 @@ def _base_predicate(chart: Chart, i: int) -> Found[Predicate]:
 
 @finite_predicate.define
 def _finite_predicate(chart: Chart, i: int) -> Found[Predicate]:
-    yield from _row(chart, i, single=_single_finite, more=finite_predicate)
+    yield from _row(chart, i, single=single_finite, more=finite_predicate)
 
 
 @gerund_predicate.define
 def _gerund_predicate(chart: Chart, i: int) -> Found[Predicate]:
-    yield from _row(chart, i, single=_single_gerund, more=gerund_predicate)
+    yield from _row(chart, i, single=single_gerund, more=gerund_predicate)
 
 
 @participle_predicate.define
@@ -92,16 +93,17 @@ def _first_verb(predicate: Predicate) -> VerbPhrase | None:
 
 def connectors(chart: Chart, i: int) -> Iterator[tuple[Word | None, int]]:
     """Yield the conjunction at a position, None for a pause or a run-on, and where it ends."""
-    j = i
-    while chart.at(j).is_a("pause"):
-        j += 1
+    corrected = chart.after_correction(i)
+    if corrected > i:
+        yield chart.word(chart.after_pauses(i), lemma=CORRECTION), corrected
+    j = chart.after_pauses(i)
     end = chart.after_phrase(j, name="conjunction_phrases")
     if end > j:
         yield chart.word(j), end
     if (chart.at(j).text, chart.at(j + 1).text) == ("and", "to"):
         yield chart.word(j), j + 2
     token = chart.at(j)
-    if token.text in ("and", "then", "or", "but", "&", "plus", "before"):
+    if token.text in ("and", "then", "or", "but", "&", "plus"):
         yield chart.word(j), j + 1
     elif j > i or opens_predicate(chart, j):
         yield None, j
@@ -114,7 +116,7 @@ def _base(chart: Chart, i: int) -> Found[Predicate]:
         yield with_adverbs(predicate, adverbs=adverbs), end
 
 
-@_single_gerund.define
+@single_gerund.define
 def _gerund(chart: Chart, i: int) -> Found[Predicate]:
     adverbs, j = adverbs_at(chart, i)
     for predicate, end in _bare(chart, j, form=Form.GERUND):
@@ -128,7 +130,7 @@ def _participle(chart: Chart, i: int) -> Found[Predicate]:
         yield with_adverbs(predicate, adverbs=adverbs), end
 
 
-@_single_finite.define
+@single_finite.define
 def _finite(chart: Chart, i: int) -> Found[Predicate]:
     adverbs, j = adverbs_at(chart, i)
     found = (
@@ -288,7 +290,7 @@ def _being(chart: Chart, i: int) -> Found[Predicate]:
     denied = chart.at(i + 1).text == "not"
     adverbs, j = adverbs_at(chart, i + 1 + denied)
     start = j + (chart.at(j).text in _TO_AFTER_BE)
-    found = (*_single_gerund(chart, j), *to_predicate(chart, start))
+    found = (*single_gerund(chart, j), *to_predicate(chart, start))
     for body, end in found:
         inner = with_adverbs(body, adverbs=adverbs)
         if denied:
@@ -298,6 +300,6 @@ def _being(chart: Chart, i: int) -> Found[Predicate]:
 
 
 _SINGLE: Final = {
-    Form.BASE: _single_base, Form.GERUND: _single_gerund, Form.PARTICIPLE: _single_participle,
-    Form.PAST: _single_finite,
+    Form.BASE: _single_base, Form.GERUND: single_gerund, Form.PARTICIPLE: _single_participle,
+    Form.PAST: single_finite,
 }  # fmt: skip

@@ -1,6 +1,7 @@
 """Prepositional phrases and adverbs of place."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Final
 
 from grounding.language.grammar.chart import Chart, Found, Rule
@@ -114,14 +115,23 @@ def _is_infinitive(chart: Chart, i: int) -> bool:
 
 def _between(chart: Chart, word: Word, *, end: int) -> Found[PrepPhrase]:
     """Yield "between X and Y" with exactly two landmarks before anything else is tried."""
-    for left, j in simple_noun(chart, end):
+    for left, j in (*simple_noun(chart, end), *_placed(chart, end)):
         if chart.at(j).text not in ("and", "&"):
             continue
-        for right, after in simple_noun(chart, j + 1):
+        placed = any(isinstance(each, PrepPhrase) for each in left.after)
+        second = (*_placed(chart, j + 1),) if placed else ()
+        for right, after in (*second, *simple_noun(chart, j + 1)):
             pair = NounPair(
                 conjunction=chart.word(j), left=left, right=right, start=left.start, end=right.end
             )
             yield PrepPhrase(word=word, landmark=pair), after
+
+
+def _placed(chart: Chart, i: int) -> Found[NounPhrase]:
+    """Yield "the fork on the left": a landmark that says where it is."""
+    for noun, j in simple_noun(chart, i):
+        for phrase, end in single_prep_phrase(chart, j):
+            yield replace(noun, after=(*noun.after, phrase), end=chart.at(end - 1).end), end
 
 
 def _inner(

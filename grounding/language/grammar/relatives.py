@@ -34,7 +34,10 @@ _WITH_PHRASE: Final = frozenset(
 )  # fmt: skip
 _COMPLEMENTS: Final = frozenset({"to", "from", "of", "than"})
 _FINITE: Final = (Form.PRESENT, Form.PAST, Form.BASE)
-_SKIPPED: Final = frozenset({"have", "has", "had", "did", "do", "just", "are", "were", "am", "is"})
+_SKIPPED: Final = frozenset(
+    {"have", "has", "had", "did", "do", "just", "are", "were", "am", "is", "can", "could", "will",
+     "would", "may", "might", "should", "must"}
+)  # fmt: skip
 
 
 @relative.define
@@ -42,6 +45,7 @@ def _relative(chart: Chart, i: int) -> Found[Attributes]:
     j = i + 1 if chart.at(i).text == "," and chart.at(i + 1).text in ("which", "who") else i
     if chart.at(j).text in _RELATIVE:
         yield from _with_copula(chart, j + 1)
+        yield from _with_have(chart, j + 1)
         yield from _with_subject(chart, j + 1)
         yield from _with_verb(chart, j + 1)
     elif chart.at(j).text == "whose":
@@ -51,6 +55,7 @@ def _relative(chart: Chart, i: int) -> Found[Attributes]:
             yield from _with_subject(chart, j)
         elif chart.at(j).text == "the":
             yield from _with_named_subject(chart, j)
+        yield from _with_have(chart, j)
         yield from _reduced(chart, j)
 
 
@@ -164,6 +169,18 @@ def _with_named_subject(chart: Chart, i: int) -> Found[Attributes]:
         verb = _verb(chart, j, forms=(Form.PAST,)) if token.verb(Form.PAST) else None
         if verb is not None and not token.verb(Form.BASE) and not subject.after:
             yield from _verb_relative(chart, verb, i=j + 1, subject=subject)
+
+
+def _with_have(chart: Chart, i: int) -> Found[Attributes]:
+    """Yield "has a red lid" first without the phrase behind it, which is the verb's before."""
+    if not any(lemma == "have" for lemma, _ in chart.at(i).verbs):
+        return
+    for part, end in simple_noun(chart, i + 1):
+        clause = VerbRelative(
+            verb=chart.word(i, lemma="have"), particle=None, subject=None, phrases=(),
+            passive=False, object=part,
+        )  # fmt: skip
+        yield (clause,), end
 
 
 def _with_verb(chart: Chart, i: int) -> Found[Attributes]:

@@ -8,6 +8,7 @@ from grounding.language.grammar.tree import (
     NounPhrase,
     Predicate,
     PrepPhrase,
+    Sentence,
     VerbRelative,
 )
 
@@ -25,3 +26,7 @@ base_predicate = Rule[Predicate]("predicate in the base form")
 finite_predicate = Rule[Predicate]("predicate in the present or past")
 gerund_predicate = Rule[Predicate]("predicate in the gerund")
 participle_predicate = Rule[Predicate]("predicate in the past participle")
+single_finite = Rule[Predicate]("one predicate in the present or past")
+single_gerund = Rule[Predicate]("one predicate in the gerund")
+# clauses
+clause = Rule[Sentence]("one clause")

@@ -89,16 +89,24 @@ class NounPhrase:
     after: "tuple[Adjective | AdjectivePair | PrepPhrase | VerbRelative, ...]" = ()
 
 
+class Kept(StrEnum):
+    """Which of two noun phrases are meant."""
+
+    BOTH = "both"
+    LEFT = "left"  # "this, but not that"
+    RIGHT = "right"  # "not this but that", "this, no, that"
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NounPair:
-    """Two noun phrases with a conjunction, or none in a list; `excludes` for "but not"."""
+    """Two noun phrases with a conjunction, or none in a list."""
 
     conjunction: Word | None
     left: "Nominal"
     right: "Nominal"
     start: int
     end: int
-    excludes: bool = False
+    kept: Kept = Kept.BOTH
 
 
 Nominal = NounPhrase | NounPair
@@ -252,4 +260,13 @@ class ClausePair:
     right: "Sentence"
 
 
-Sentence = Clause | Description | Fragment | ClausePair
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Subordination:
+    """A sentence with a clause that says when, why or on what condition it holds."""
+
+    word: Word
+    main: "Sentence"
+    side: "Sentence"
+
+
+Sentence = Clause | Description | Fragment | ClausePair | Subordination

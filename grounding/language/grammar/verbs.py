@@ -1,7 +1,7 @@
 """Verb phrases: verb, particle, recipient, object and what follows, by the verb's frame."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 from grounding.language.grammar.adverbs import adverb_at, adverbs_at
@@ -36,11 +36,12 @@ _BEFORE_OBJECT: Final = frozenset(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Tail:
-    """What follows the object of a verb, in order."""
+    """What follows the object of a verb, in order; one that restarts takes back what was before."""
 
     phrases: tuple[PrepPhrase, ...] = ()
     adverbs: tuple[Adverb, ...] = ()
     particle: Word | None = None
+    restarts: bool = False
 
 
 tail_of_taking = Rule[Tail]("tail of a verb of taking")
@@ -98,6 +99,7 @@ def _particles(chart: Chart, i: int, *, more: frozenset[str]) -> Iterator[tuple[
         if (
             opens
             or unknown
+            or (following.is_a("pause") and chart.at(i + 2).is_a("determiners"))
             or following.is_a("adverbs")
             or pronoun_person(chart, i + 1)
             or following.is_a("quantities")
@@ -124,13 +126,16 @@ def _objects(chart: Chart, i: int, *, shifts: bool) -> Found[_Taken]:
             yield _Taken(object=taken), end
     if shifts:
         yield from _shifted(chart, i)
+    if chart.at(i).is_a("pause") and chart.at(i + 1).is_a("determiners"):
+        for taken, end in nominal(chart, i + 1):
+            yield _Taken(object=taken), end
     yield _Taken(), i
 
 
 def _with_recipient(chart: Chart, i: int, *, gives: bool) -> Found[_Taken]:
     """Yield "me the cup"; only what is given goes to an "it"."""
     for recipient, j in simple_noun(chart, i):
-        if _may_receive(chart, recipient) and (gives or recipient.head.lemma != "it"):
+        if _may_receive(chart, recipient, gives=gives):
             for taken, end in nominal(chart, j):
                 if recipient.head.lemma in _BARE_OBJECT or _has_determiner(taken):
                     yield _Taken(object=taken, recipient=recipient), end
@@ -147,10 +152,11 @@ def _shifted(chart: Chart, i: int) -> Found[_Taken]:
 _BARE_OBJECT: Final = frozenset({"me", "us", "him", "them"})
 
 
-def _may_receive(chart: Chart, noun: NounPhrase) -> bool:
+def _may_receive(chart: Chart, noun: NounPhrase, *, gives: bool) -> bool:
+    """Whether somebody is named; what is given may go to anything: "give the duck the bone"."""
     if noun.kind is Kind.PRONOUN:
-        return True
-    animate = noun.head.lemma in chart.words.animate or not noun.head.known
+        return gives or noun.head.lemma != "it"
+    animate = gives or noun.head.lemma in chart.words.animate or not noun.head.known
     return noun.kind is Kind.NOUN and animate and not noun.after and noun.of is None
 
 
@@ -210,7 +216,9 @@ def _starves(chart: Chart, found: tuple[PrepPhrase, int]) -> bool:
     phrase, end = found
     if not isinstance(phrase.landmark, NounPair) or phrase.word.lemma.endswith("between"):
         return False
-    return bool(prep_phrase(chart, end))
+    start = end + (chart.at(end).text == "and")
+    more = nominal(chart, start) if start > end else ()
+    return any(prep_phrase(chart, after) for after in (end, *(after for _, after in more)))
 
 
 def _tail(
@@ -220,6 +228,10 @@ def _tail(
         for tail, end in rest(chart, j):
             yield _joined(piece, tail), end
     yield Tail(), i
+    corrected = chart.after_correction(i)
+    for phrase, j in single_prep_phrase(chart, corrected) if corrected > i else ():
+        for tail, end in rest(chart, j):
+            yield replace(_joined(Tail(phrases=(phrase,)), tail), restarts=True), end
     for phrase, j in single_prep_phrase(chart, i + 1) if chart.at(i).is_a("pause") else ():
         for tail, end in rest(chart, j):
             yield _joined(Tail(phrases=(phrase,)), tail), end
@@ -238,7 +250,8 @@ def _pieces(chart: Chart, i: int, *, phrases: tuple[tuple[PrepPhrase, int], ...]
 
 
 def _joined(first: Tail, then: Tail) -> Tail:
+    kept = () if then.restarts else first.phrases
     return Tail(
-        phrases=(*first.phrases, *then.phrases), adverbs=(*first.adverbs, *then.adverbs),
-        particle=first.particle or then.particle,
+        phrases=(*kept, *then.phrases), adverbs=(*first.adverbs, *then.adverbs),
+        particle=first.particle or then.particle, restarts=then.restarts,
     )  # fmt: skip

@@ -5,9 +5,14 @@ import pytest
 from grounding.language.backends.embedded import Embedded
 from grounding.language.parser import Parser
 from grounding.language.verbs import default_verbs
-from tests.plans import read_plans, written
+from tests.plans import DATA, read_plans, written
 
-PLANS = read_plans("plans.txt")
+PLANS = [
+    planned
+    for path in sorted(DATA.glob("*.txt"))
+    if path.stem == "plans" or path.stem.startswith("unseen_")
+    for planned in read_plans(path.name)
+]
 
 
 @pytest.fixture(scope="module")
