@@ -213,7 +213,7 @@ class _Finder:
         elif predicate.lemma == "be":
             yield refusal(Reason.QUESTION if context.asked else Reason.STATEMENT)
         elif entry is None and predicate.lemma in _FILLERS and self._is_conjoined(node_id):
-            return
+            yield replace(refusal(Reason.STATEMENT, verb=predicate.lemma), event=node_id)
         else:
             yield self._judged(node_id, entry=entry, particle=particle, context=context)
 

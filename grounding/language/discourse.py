@@ -130,8 +130,8 @@ class Discourse:
 
     def _remember(self, draft: Draft, *, targets: Sequence[_Resolved]) -> None:
         phrases = (*draft.relation, *draft.location)
-        landmarks = [part for each in phrases for part in each.parts if isinstance(part, Mention)]
-        self._name(landmarks, acted_on=False)
+        for phrase in phrases:
+            self._name(_landmarks(phrase), acted_on=False)
         for each in targets:
             self.referents.append(
                 Referent(mention=each.mention, instruction=self.instructions, draft=self.drafts)
@@ -173,7 +173,11 @@ class Discourse:
         return [_resolved(each) for each in fitting if each.acted_on][:1]
 
     def _several(self, *, own: Sequence[Mention]) -> list[_Resolved]:
-        """Return the latest plural target, or those named together, or all that were named."""
+        """Return the latest plural target, or those named together, or all that were named.
+
+        With a single target they are it and where it was put: "put the cup on the saucer and
+        bring them".
+        """
         words = [mention.words for mention in own]
         targets = [
             each for each in self.referents
@@ -184,7 +188,14 @@ class Discourse:
             if last.mention.plural or len(together) > 1:
                 return [_resolved(each) for each in together]
         distinct = {each.mention.words: each for each in targets}
-        return [_resolved(each) for each in distinct.values()] if len(distinct) > 1 else []
+        if len(distinct) > 1 or not targets:
+            return [_resolved(each) for each in distinct.values()]
+        beside = [
+            each for each in self.referents
+            if each.draft == targets[-1].draft and each.instruction is None
+            and each.mention.words[-1] not in lexicon().closed["directions"]
+        ]  # fmt: skip
+        return [_resolved(each) for each in (targets[-1], *beside)] if beside else []
 
     def _with_noun(self, one: Mention, *, own: Sequence[Mention]) -> list[_Resolved]:
         """Return "the red one" with the noun of what was named last."""
@@ -227,6 +238,13 @@ class Discourse:
         if one.reference is Reference.NOUN_MISSING:
             return self._with_noun(one, own=own)
         return self._pronoun(one, own=own)
+
+
+def _landmarks(phrase: Phrase) -> list[Mention]:
+    """Return what a phrase names, what can be opened last: "the drawer of the cabinet"."""
+    found = [part for part in phrase.parts if isinstance(part, Mention)]
+    first = found[0].words[-1:] if found else ()
+    return found[::-1] if first and first[0] in lexicon().openable else found
 
 
 def _resolved(referent: Referent) -> _Resolved:

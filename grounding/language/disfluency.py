@@ -9,7 +9,7 @@ _LONGEST_RESTART: Final = 4
 
 def fluent(tokens: list[Token]) -> list[Token]:
     """Return the tokens of a sentence as the speaker meant them."""
-    return _without_restarts(_without_fillers(tokens))
+    return _without_fillers(_without_restarts(tokens))
 
 
 def _without_fillers(tokens: list[Token]) -> list[Token]:
@@ -36,24 +36,36 @@ def _without_restarts(tokens: list[Token]) -> list[Token]:
     kept: list[Token] = []
     for token in tokens:
         kept.append(token)
-        if token.is_a("pause"):
+        if _pauses(token):
             continue
         sizes = range(1, min(_LONGEST_RESTART, len(kept) // 2) + 1)
         size = next((n for n in sizes if _is_restart(kept, size=n)), 0)
         if size:
-            paused = kept[-size - 1].is_a("pause")
-            del kept[-2 * size - paused : -size]
+            del kept[_end_before(kept, size=size) - size : -size]
     return kept
 
 
 def _is_restart(tokens: list[Token], *, size: int) -> bool:
     """Whether the last `size` tokens were said right before."""
-    now = tokens[-size:]
-    paused = len(tokens) > size and tokens[-size - 1].is_a("pause")
-    before = tokens[-2 * size - paused : -size - paused]
+    now, end = tokens[-size:], _end_before(tokens, size=size)
+    paused = end < len(tokens) - size
+    before = tokens[max(0, end - size) : end]
     if [each.text for each in before] != [each.text for each in now]:
         return False
-    needs_more = now[-1].is_a("determiners") or now[-1].is_a("prepositions")
+    last = now[-1]
     if size == 1 and not paused:
-        return now[-1].known and not now[-1].is_a("cardinals")
-    return paused and needs_more
+        return last.known and not last.is_a("cardinals")
+    describes = size > 1 and last.adjective and not last.noun
+    return paused and bool(last.is_a("determiners") or last.is_a("prepositions") or describes)
+
+
+def _end_before(tokens: list[Token], *, size: int) -> int:
+    """Return the end of what stands before the last `size` tokens and the pauses ahead of them."""
+    end = len(tokens) - size
+    while end > 0 and _pauses(tokens[end - 1]):
+        end -= 1
+    return end
+
+
+def _pauses(token: Token) -> bool:
+    return token.is_a("pause") or token.is_a("fillers")

@@ -92,7 +92,7 @@ class _Explorer:
         if landmark is None and not inner and lemma in lexicon().closed["particles"]:
             return
         words = tuple(lemma.split("+")) if lemma else ()
-        parts: list[str | Mention] = list(words)
+        parts: list[str | Mention] = [*self._conjunction(node_id), *words]
         later: list[Unit] = []
         for each in inner:
             self.visited.add(each)
@@ -109,6 +109,17 @@ class _Explorer:
             yield Unit(start=graph.start(node_id), preposition="-".join(words),
                        phrase=Phrase(parts=tuple(parts)), in_clause=in_clause)  # fmt: skip
         yield from later
+
+    def _conjunction(self, node_id: str) -> list[str]:
+        """Return the word that ties a phrase to the one before: "on the tray and next to it"."""
+        for parent in self.graph.parents(node_id):
+            arguments = self.graph.arguments(parent)
+            if self.graph.part(parent) is Part.CONJUNCTION and arguments[-1:] == [node_id]:
+                word = self.graph.predicate(parent).lemma
+                if word in ("or", "nor"):
+                    raise ChoiceLeft
+                return [word] if word else []
+        return []
 
     def landmark(self, x: str) -> list[str | Mention]:
         """Return the words of a landmark: conjuncts with "and", a side with what it is of."""

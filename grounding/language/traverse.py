@@ -54,12 +54,27 @@ def traverse(eds: EDS, *, sentence: str, verbs: VerbTable) -> list[Draft] | Refu
 
 
 def _named(graph: Graph, denied: Refusal) -> tuple[Mention, ...]:
-    """Return what a denied command named: "don't take the red cube, take the blue one"."""
-    target = graph.argument(denied.event, "ARG2") if denied.event else None
+    """Return what a denied command named, and where somebody is to go.
+
+    "Don't take the red cube, take the blue one"; "go to the red cube and take it".
+    """
+    event = denied.event
+    if not event:
+        return ()
+    ways = [each for each in graph.into(event) if graph.part(each) is Part.PREPOSITION]
+    named = [graph.argument(each, "ARG2") for each in (event, *ways)]
+    wholes = [graph.argument(each, "ARG1") for each in named if each and not _is_act(graph, each)]
     try:
-        return () if target is None else tuple(mentions(graph, target))
+        return tuple(
+            one for each in (*named, *wholes) if each and not _is_act(graph, each)
+            for one in mentions(graph, each)
+        )  # fmt: skip
     except ChoiceLeft:
         return ()
+
+
+def _is_act(graph: Graph, node_id: str) -> bool:
+    return graph.part(node_id) in (Part.VERB, Part.PREPOSITION, Part.ADJECTIVE)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -94,7 +94,7 @@ def _analysis(text: str) -> tuple[frozenset[str], str, bool, str, Degree, bool]:
     closed = {name for name, words in known.closed.items() if text in words}
     if text in _PAUSES:
         closed.add("pause")
-    elif text.isdigit():
+    elif text.isdigit() or all(part in known.closed["cardinals"] for part in text.split("-")):
         closed.add("cardinals")
     elif not text[0].isalpha():
         closed.add("junk")

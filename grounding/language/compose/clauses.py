@@ -178,8 +178,14 @@ class Clauses:
         third = phrase.verb.lemma in self._words.closed["third_argument"] and target is not None
         on_event = target is None or (not third and self.nodes.is_pronoun(target))
         head, is_event = (event if target is None or on_event else target), on_event
+        added, before = "", (head, is_event)
         for i, each in enumerate(phrase.phrases):
+            if each.joined is not None:
+                head, is_event = before
+            last, before = added, (head, is_event)
             added = self._things.phrase(each, of=head, event=is_event)
+            if each.joined is not None:
+                self._pair(each.joined, left=last, right=added)
             if i == 0 and third and phrase.recipient is None:
                 self.nodes.connect(event, edges={"ARG3": added})
             if self._things.last_landmark is not None and each.negation is None:

@@ -207,11 +207,13 @@ class Things:
         return x
 
     def _numbered(self, noun: NounPhrase) -> str:
-        """Add "cell one": a number whose compound is the noun."""
+        """Add "cell one", a number whose compound is the noun, or a number alone."""
         head = noun.head
         carg = str(CARDINALS.index(head.lemma)) if head.lemma in CARDINALS else head.lemma
         x = self._nodes.thing("card", at=head.span, properties={"PERS": "3"}, carg=carg)
         self._nodes.quantifier("number_q", at=(noun.start, noun.end), of=x)
+        if not noun.modifiers:
+            return x
         inner = self._modifier(noun.modifiers[-1], of=x, end=head.end)
         for modifier in noun.modifiers[:-1]:
             self._modifier(modifier, of=inner, end=head.start)

@@ -2,7 +2,7 @@
 
 from grounding.language.grammar.chart import Chart
 from grounding.language.grammar.measures import after_measure
-from grounding.language.grammar.rules import gerund_predicate, simple_noun
+from grounding.language.grammar.rules import gerund_predicate, simple_noun, single_base
 from grounding.language.grammar.tree import Adverb
 from grounding.language.morphology import Form
 
@@ -31,7 +31,8 @@ def adverb_at(chart: Chart, i: int, *, closing: bool) -> tuple[Adverb | None, in
     """
     j = i + (closing and chart.at(i).is_a("pause"))
     said = chart.after_phrase(j, name="phrases")
-    for end in (said, _after_aside(chart, i), after_measure(chart, j) if closing else j):
+    measured = after_measure(chart, j) if closing else j
+    for end in (said, _after_aside(chart, i), measured, _after_reciprocal(chart, j)):
         if end > j:
             return Adverb(word=chart.joined(j, end)), end
     without = chart.after_phrase(j, name="without")
@@ -39,6 +40,8 @@ def adverb_at(chart: Chart, i: int, *, closing: bool) -> tuple[Adverb | None, in
         return _without(chart, j, i=without)
     if closing and chart.at(j).text == "where":
         return _where(chart, j)
+    if closing and chart.at(j).text == "to":
+        return _purpose(chart, j)
     if _is_adverb(chart, j, closing=closing):
         return Adverb(word=chart.word(j)), j + 1
     return None, i
@@ -49,10 +52,23 @@ def _after_aside(chart: Chart, i: int) -> int:
     j = chart.after_pauses(i)
     paused = j > i or i == 0 or chart.at(i - 1).is_a("pause")
     end = chart.after_phrase(j, name="asides")
-    if paused and end > j and (chart.at(end).is_a("pause") or not chart.at(end).text):
+    following = chart.at(end)
+    if paused and end > j and (following.is_a("pause") or not following.text):
+        return end
+    if j == i > 0 and end > j and following.is_a("prepositions"):
+        return end
+    if end > j and following.text in ("i", "you", "we") and chart.at(j).text == "i":
         return end
     end = chart.after_phrase(j, name="tags")
     return end if end > j > 0 and not chart.at(end).text else i
+
+
+def _after_reciprocal(chart: Chart, i: int) -> int:
+    """Return where "on top of each other" ends, which says no place, or `i`."""
+    end = chart.after_phrase(i, name="prepositions") if i else i
+    end += end == i and chart.at(i).is_a("prepositions")
+    words = (chart.at(end).text, chart.at(end + 1).text)
+    return end + 2 if end > i and words in (("each", "other"), ("one", "another")) else i
 
 
 def _is_adverb(chart: Chart, i: int, *, closing: bool) -> bool:
@@ -75,6 +91,8 @@ def _has_another_use(chart: Chart, i: int, *, closing: bool) -> bool:
         return True
     if token.verb(Form.BASE) and not token.is_a("interjections"):
         return True
+    if token.is_a("directions") and following.is_a("determiners"):
+        return True
     if token.is_a("determiners"):
         return not (following.is_a("pause") or following.verb(Form.BASE) or not following.text)
     return closing and token.text == "then" and bool(following.text)
@@ -85,6 +103,17 @@ def _where(chart: Chart, i: int) -> tuple[Adverb | None, int]:
     for _, j in simple_noun(chart, i + 1):
         if chart.at(j).verbs:
             end = j + 1 + (chart.at(j + 1).text in ("it", "them"))
+            return Adverb(word=chart.joined(i, end)), end
+    return None, i
+
+
+def _purpose(chart: Chart, i: int) -> tuple[Adverb | None, int]:
+    """Return "to close it" as one adverb: what a deed is good for is no command."""
+    before, opens = chart.at(i - 1), chart.at(i + 2)
+    if before.verbs and not before.noun:
+        return None, i
+    if opens.is_a("determiners") or opens.is_a("particles") or opens.text in ("it", "them"):
+        for _, end in single_base(chart, i + 1):
             return Adverb(word=chart.joined(i, end)), end
     return None, i
 

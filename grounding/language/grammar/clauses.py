@@ -18,6 +18,7 @@ from grounding.language.grammar.rules import (
     simple_noun,
 )
 from grounding.language.grammar.subordinate import subordinated
+from grounding.language.grammar.tails import tail_of_others
 from grounding.language.grammar.tree import (
     Adverb,
     Clause,
@@ -33,7 +34,6 @@ from grounding.language.grammar.tree import (
     Sentence,
     VerbPhrase,
 )
-from grounding.language.grammar.verbs import tail_of_others
 from grounding.language.morphology import Form
 from grounding.language.verbs import VerbTable
 from grounding.language.words import Token

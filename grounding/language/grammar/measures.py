@@ -6,11 +6,24 @@ from grounding.language.grammar.chart import Chart
 def after_measure(chart: Chart, i: int) -> int:
     """Return where "two inches", "by ninety degrees" or the "two squares" before a way ends."""
     j = i + (chart.at(i).text in ("by", "for", "about"))
-    k = j + (chart.at(j).is_a("cardinals") or chart.at(j).text in ("a", "an", "one", "few"))
-    k += chart.at(k).text in ("few", "little", "bit")
+    k = _after_amount(chart, j)
     if k > j and chart.at(k).is_a("units"):
         return k + 1
     return k + 1 if counts_steps(chart, j) else i
+
+
+def _after_amount(chart: Chart, i: int) -> int:
+    """Return where "a few", "half a" or "one hundred and eighty" ends, or `i`."""
+    k = i
+    while chart.at(k).is_a("cardinals") or (
+        k > i and chart.at(k).text == "and" and chart.at(k + 1).is_a("cardinals")
+    ):
+        k += 1
+    k += chart.at(k).text in ("half", "quarter")
+    k += chart.at(k).text in ("a", "an", "few")
+    while k > i and chart.at(k).text in ("few", "little", "bit", "half", "quarter", "full", "more"):
+        k += 1
+    return k
 
 
 def counts_steps(chart: Chart, i: int) -> bool:

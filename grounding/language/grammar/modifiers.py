@@ -46,6 +46,7 @@ def nominal_run(chart: Chart, i: int, *, opened: bool) -> list[int]:
             fixed
             or _describes_from_behind(chart, j, run=run)
             or (run and _opens_phrase(chart, j, before=run[-1]))
+            or (run and not opened and _runs_on(chart, j, before=run[-1]))
         ):
             return run
         if is_nominal(chart, j, opened=opened or bool(run)):
@@ -75,6 +76,13 @@ def _opens_phrase(chart: Chart, i: int, *, before: int) -> bool:
     return not (chart.at(i).is_a("directions") and (last.is_a("directions") or not last.noun))
 
 
+def _runs_on(chart: Chart, i: int, *, before: int) -> bool:
+    """Whether the next command starts here: "take blue block place on red block"."""
+    lemma = chart.at(i).verb(Form.BASE)
+    known = bool(lemma) and chart.verbs.entry(lemma) is not None
+    return known and bool(chart.at(before).noun) and chart.at(i + 1).is_a("prepositions")
+
+
 def is_nominal(chart: Chart, i: int, *, opened: bool) -> bool:
     """Whether a word may be part of a noun phrase."""
     token = chart.at(i)
@@ -86,6 +94,8 @@ def is_nominal(chart: Chart, i: int, *, opened: bool) -> bool:
         following = chart.at(i + 1)
         manner = token.text.endswith("ly") and len(token.text) > 4
         return not manner or (opened and bool(following.noun or _is_new(following)))
+    if not opened and token.verb(Form.GERUND) and chart.at(i - 1).is_a("prepositions"):
+        return bool(chart.at(i + 1).noun)
     if not opened or token.closed:
         return token.text == "a" and token.capital and i > 0
     return _is_verbal(chart, i)

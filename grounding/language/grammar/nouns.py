@@ -30,6 +30,7 @@ _PRONOUNS: Final = {
 }  # fmt: skip
 _SUBJECTS: Final = frozenset({"i", "we", "he", "she", "they", "you"})
 _WHOLE: Final = frozenset({"all", "both", "half", "either", "neither", "such"})
+_COMPARED_BY_PLACE: Final = frozenset({"upper", "lower", "inner", "outer"})
 _SHORTER: Final = 3
 
 _Link = tuple[int, Word | None, Kept]
@@ -68,7 +69,11 @@ def _part(chart: Chart, i: int) -> Found[NounPhrase]:
     if word.is_a("determiners") and not word.is_a("quantities"):
         j = i + 1
     token = chart.at(j)
-    graded = token.degree is not Degree.POSITIVE or token.is_a("ordinals")
+    graded = (
+        token.degree is not Degree.POSITIVE
+        or token.is_a("ordinals")
+        or token.text in _COMPARED_BY_PLACE
+    )
     if not (token.is_a("quantities") or (graded and j > i)):
         return
     with_of = chart.at(j + 1).text == "of"

@@ -13,6 +13,7 @@ from grounding.language.grammar.rules import (
     gerund_predicate,
     participle_predicate,
     simple_noun,
+    single_base,
     single_finite,
     single_gerund,
 )
@@ -32,13 +33,12 @@ from grounding.language.words import Token
 
 _TO_AFTER_BE: Final = frozenset({"going", "about", "able", "supposed", "ready", "meant", "sure"})
 
-_single_base = Rule[Predicate]("one predicate in the base form")
 _single_participle = Rule[Predicate]("one predicate in the participle")
 
 
 @base_predicate.define
 def _base_predicate(chart: Chart, i: int) -> Found[Predicate]:
-    yield from _row(chart, i, single=_single_base, more=base_predicate)
+    yield from _row(chart, i, single=single_base, more=base_predicate)
 
 
 @finite_predicate.define
@@ -109,7 +109,7 @@ def connectors(chart: Chart, i: int) -> Iterator[tuple[Word | None, int]]:
         yield None, j
 
 
-@_single_base.define
+@single_base.define
 def _base(chart: Chart, i: int) -> Found[Predicate]:
     adverbs, j = adverbs_at(chart, i)
     for predicate, end in _bare(chart, j, form=Form.BASE):
@@ -186,17 +186,17 @@ def _do(chart: Chart, i: int) -> Found[Predicate]:
     j = i + 1 + (chart.at(i + 1).text == "you")
     if chart.at(j).text in ("not", "never"):
         k = j + 1 + (chart.at(j + 1).text == "you")
-        for body, end in _single_base(chart, k):
+        for body, end in single_base(chart, k):
             yield Negation(word=chart.joined(i, j + 1), body=body), end
     else:
-        for body, end in _single_base(chart, i + 1):
+        for body, end in single_base(chart, i + 1):
             yield Control(verb=None, modal=False, person=None, body=body), end
 
 
 def _brought(chart: Chart, i: int, *, by: Word) -> Found[Predicate]:
     """Yield "go ahead and take", "go and get", "go get"."""
     start = i + (chart.at(i).text == "and")
-    for body, after in _single_base(chart, start):
+    for body, after in single_base(chart, start):
         yield Control(verb=by, modal=False, person=None, body=body), after
 
 
@@ -221,7 +221,7 @@ def _with_person(chart: Chart, i: int, *, verb: Word) -> Found[Predicate]:
     for person, j in simple_noun(chart, i) if asks or helps else ():
         bodies = (
             *(to_predicate(chart, j) if asks else ()),
-            *(_single_base(chart, j) if helps else ()),
+            *(single_base(chart, j) if helps else ()),
         )
         for body, end in bodies:
             whom = None if helps else person
@@ -247,7 +247,7 @@ def to_predicate(chart: Chart, i: int) -> Found[Predicate]:
     denied = chart.at(j).text == "not"
     if chart.at(j + denied).text != "to":
         return
-    for body, end in _single_base(chart, j + denied + 1):
+    for body, end in single_base(chart, j + denied + 1):
         inner = with_adverbs(body, adverbs=adverbs)
         yield (Negation(word=chart.word(j), body=inner) if denied else inner), end
 
@@ -263,12 +263,12 @@ def _auxiliary(chart: Chart, i: int) -> Found[Predicate]:
     if "have" in lemmas:
         yield from _plain(chart, i, body=_single_participle)
     if token.text in ("do", "did"):
-        yield from _plain(chart, i, body=_single_base)
+        yield from _plain(chart, i, body=single_base)
 
 
 def modal_predicate(chart: Chart, i: int) -> Found[Predicate]:
     """Yield "could take", "should not take": the modal stands at `i`."""
-    for body, end in _single_base(chart, i + 1):
+    for body, end in single_base(chart, i + 1):
         yield Control(verb=chart.word(i), modal=True, person=None, body=body), end
 
 
@@ -300,6 +300,6 @@ def _being(chart: Chart, i: int) -> Found[Predicate]:
 
 
 _SINGLE: Final = {
-    Form.BASE: _single_base, Form.GERUND: single_gerund, Form.PARTICIPLE: _single_participle,
+    Form.BASE: single_base, Form.GERUND: single_gerund, Form.PARTICIPLE: _single_participle,
     Form.PAST: single_finite,
 }  # fmt: skip

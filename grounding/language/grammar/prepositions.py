@@ -11,7 +11,14 @@ from grounding.language.grammar.rules import (
     simple_noun,
     single_prep_phrase,
 )
-from grounding.language.grammar.tree import Nominal, NounPair, NounPhrase, PrepPhrase, Word
+from grounding.language.grammar.tree import (
+    Kind,
+    Nominal,
+    NounPair,
+    NounPhrase,
+    PrepPhrase,
+    Word,
+)
 from grounding.language.morphology import Form
 
 _NO_PHRASE: Final = frozenset({"of", "than"})
@@ -56,8 +63,9 @@ def _sharpened(chart: Chart, i: int) -> int:
     if token.is_a("sharpeners") and _opens(chart, i + 1):
         return _sharpened(chart, i + 1)
     kept = chart.after_phrase(i, name="kept") > i
-    if token.is_a("dropped") and not kept and _opens(chart, i + 1, places=False):
-        return i + 1
+    following = i + 1 + (chart.at(i + 1).text == "and")
+    if token.is_a("dropped") and not kept and _opens(chart, following, places=False):
+        return following
     return i
 
 
@@ -74,6 +82,18 @@ def _opens(chart: Chart, i: int, *, places: bool = True) -> bool:
 
 
 def _prepositions(chart: Chart, i: int) -> Iterator[tuple[Word, int]]:
+    """Yield the preposition at a position; two may share a landmark: "left and below"."""
+    for word, end in _single_prepositions(chart, i):
+        yield word, end
+    j = i + 1
+    if (chart.at(i).is_a("places") or chart.at(i).is_a("prepositions")) and (
+        chart.at(j).text == "and"
+    ):
+        for _, end in _single_prepositions(chart, j + 1):
+            yield chart.joined(i, end), end
+
+
+def _single_prepositions(chart: Chart, i: int) -> Iterator[tuple[Word, int]]:
     end = chart.after_phrase(i, name="prepositions")
     if end > i:
         yield chart.joined(i, end), end
@@ -91,13 +111,28 @@ def _completed(
     if word.lemma in _TAKES_PHRASE:
         for inner, after in _inner(chart, end, word=word, landmark=landmark):
             yield PrepPhrase(word=word, inner=inner), after
-    if word.lemma == "to" and _is_infinitive(chart, end):
-        return
+    if not (word.lemma == "to" and _is_infinitive(chart, end)):
+        yield from _number(chart, word, i=end)
+        yield from _with_landmark(chart, word, end=end, landmark=landmark)
+
+
+def _with_landmark(
+    chart: Chart, word: Word, *, end: int, landmark: Rule[Nominal] | Rule[NounPhrase]
+) -> Found[PrepPhrase]:
     for found, after in landmark(chart, end):
         if isinstance(found, NounPair) and not _is_list(found):
             continue
         if not (chart.at(end).text in _SUBJECTS and chart.at(after).verbs):
             yield PrepPhrase(word=word, landmark=found), after
+
+
+def _number(chart: Chart, word: Word, *, i: int) -> Found[PrepPhrase]:
+    """Yield the "to three" of a dial."""
+    token, following = chart.at(i), chart.at(i + 1)
+    ends = not following.text or following.is_a("pause") or following.is_a("conjunctions")
+    if ends and token.is_a("cardinals") and word.lemma in ("to", "from"):
+        mark = NounPhrase(kind=Kind.NUMBER, head=chart.word(i), start=token.start, end=token.end)
+        yield PrepPhrase(word=word, landmark=mark), i + 1
 
 
 def _is_list(pair: NounPair) -> bool:

@@ -7,6 +7,7 @@ from grounding.language.grammar.chart import Chart, Found
 from grounding.language.grammar.modifiers import COLOURING, adjective_at, is_adjective
 from grounding.language.grammar.rules import (
     adjective_phrase,
+    gerund_predicate,
     relative,
     simple_noun,
     single_prep_phrase,
@@ -35,8 +36,8 @@ _WITH_PHRASE: Final = frozenset(
 _COMPLEMENTS: Final = frozenset({"to", "from", "of", "than"})
 _FINITE: Final = (Form.PRESENT, Form.PAST, Form.BASE)
 _SKIPPED: Final = frozenset(
-    {"have", "has", "had", "did", "do", "just", "are", "were", "am", "is", "can", "could", "will",
-     "would", "may", "might", "should", "must"}
+    {"have", "has", "had", "did", "do", "just", "are", "were", "was", "am", "is", "can", "could",
+     "will", "would", "may", "might", "should", "must"}
 )  # fmt: skip
 
 
@@ -258,6 +259,9 @@ def _is_particle(chart: Chart, i: int) -> bool:
 
 def _phrases(chart: Chart, i: int) -> Found[tuple[PrepPhrase, ...]]:
     """Yield the one phrase of a relative clause, "of wood" included, or none."""
+    if chart.at(i).text == "for":
+        for _, end in sorted(gerund_predicate(chart, i + 1), key=lambda found: found[1]):
+            yield (), end
     if chart.at(i).text == "of":
         for noun, end in simple_noun(chart, i + 1):
             yield (PrepPhrase(word=chart.word(i), landmark=noun),), end

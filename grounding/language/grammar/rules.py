@@ -26,6 +26,7 @@ base_predicate = Rule[Predicate]("predicate in the base form")
 finite_predicate = Rule[Predicate]("predicate in the present or past")
 gerund_predicate = Rule[Predicate]("predicate in the gerund")
 participle_predicate = Rule[Predicate]("predicate in the past participle")
+single_base = Rule[Predicate]("one predicate in the base form")
 single_finite = Rule[Predicate]("one predicate in the present or past")
 single_gerund = Rule[Predicate]("one predicate in the gerund")
 # clauses

@@ -121,12 +121,14 @@ class PrepPhrase:
         landmark: what it takes; None for "inside" and "there".
         inner: a phrase in place of the landmark: "from under the table".
         negation: "not", where it is denied.
+        joined: the conjunction that ties it to the phrase before: "on the tray and next to it".
     """
 
     word: Word
     landmark: Nominal | None = None
     inner: "PrepPhrase | None" = None
     negation: Word | None = None
+    joined: Word | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

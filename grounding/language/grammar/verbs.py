@@ -1,20 +1,19 @@
 """Verb phrases: verb, particle, recipient, object and what follows, by the verb's frame."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Final
 
-from grounding.language.grammar.adverbs import adverb_at, adverbs_at
-from grounding.language.grammar.chart import Chart, Found, Rule
+from grounding.language.grammar.adverbs import adverbs_at
+from grounding.language.grammar.chart import Chart, Found
 from grounding.language.grammar.nouns import opens_predicate, pronoun_person
 from grounding.language.grammar.rules import (
     nominal,
-    prep_phrase,
     simple_noun,
     single_prep_phrase,
 )
+from grounding.language.grammar.tails import tail_of_others, tail_of_taking
 from grounding.language.grammar.tree import (
-    Adverb,
     Kind,
     Nominal,
     NounPair,
@@ -30,22 +29,22 @@ from grounding.language.verbs import Frame
 
 _LEFT_TO_CONTROL: Final = frozenset({"be", "have", "do"})
 _BEFORE_OBJECT: Final = frozenset(
-    {"up", "down", "away", "back", "out", "off", "over", "apart", "aside", "together", "around"}
+    {
+        "up",
+        "down",
+        "away",
+        "back",
+        "out",
+        "off",
+        "over",
+        "apart",
+        "aside",
+        "together",
+        "around",
+        "open",
+        "shut",
+    }
 )
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Tail:
-    """What follows the object of a verb, in order; one that restarts takes back what was before."""
-
-    phrases: tuple[PrepPhrase, ...] = ()
-    adverbs: tuple[Adverb, ...] = ()
-    particle: Word | None = None
-    restarts: bool = False
-
-
-tail_of_taking = Rule[Tail]("tail of a verb of taking")
-tail_of_others = Rule[Tail]("tail of any other verb")
 
 
 def verb_phrases(chart: Chart, i: int, *, form: Form) -> Found[Predicate]:
@@ -103,6 +102,7 @@ def _particles(chart: Chart, i: int, *, more: frozenset[str]) -> Iterator[tuple[
             or following.is_a("adverbs")
             or pronoun_person(chart, i + 1)
             or following.is_a("quantities")
+            or following.is_a("cardinals")
         ):
             yield chart.word(i), i + 1
     yield None, i
@@ -136,7 +136,8 @@ def _with_recipient(chart: Chart, i: int, *, gives: bool) -> Found[_Taken]:
     """Yield "me the cup"; only what is given goes to an "it"."""
     for recipient, j in simple_noun(chart, i):
         if _may_receive(chart, recipient, gives=gives):
-            for taken, end in nominal(chart, j):
+            start = j + (chart.at(j).text == "back")
+            for taken, end in nominal(chart, start):
                 if recipient.head.lemma in _BARE_OBJECT or _has_determiner(taken):
                     yield _Taken(object=taken, recipient=recipient), end
 
@@ -189,69 +190,3 @@ def _gapped(chart: Chart, phrase: VerbPhrase, *, i: int, taking: bool) -> Found[
                 word = chart.word(j) if start > j else None
                 pair = PredicatePair(conjunction=word, left=phrase, right=right)
                 yield pair, after
-
-
-@tail_of_taking.define
-def _tail_of_taking(chart: Chart, i: int) -> Found[Tail]:
-    yield from _tail(chart, i, rest=tail_of_taking, phrases=single_prep_phrase(chart, i))
-
-
-@tail_of_others.define
-def _tail_of_others(chart: Chart, i: int) -> Found[Tail]:
-    found = (*prep_phrase(chart, i), *_along(chart, i))
-    paired = [each for each in found if _starves(chart, each)]
-    ordered = (*(each for each in found if each not in paired), *paired)
-    yield from _tail(chart, i, rest=tail_of_others, phrases=ordered)
-
-
-def _along(chart: Chart, i: int) -> Found[PrepPhrase]:
-    """Yield "down the ramp": only behind an object are "up" and "down" prepositions."""
-    if chart.at(i).text in ("up", "down") and chart.at(i + 1).is_a("determiners"):
-        for landmark, end in simple_noun(chart, i + 1):
-            yield PrepPhrase(word=chart.word(i), landmark=landmark), end
-
-
-def _starves(chart: Chart, found: tuple[PrepPhrase, int]) -> bool:
-    """Whether a landmark with a conjunction takes what another phrase follows."""
-    phrase, end = found
-    if not isinstance(phrase.landmark, NounPair) or phrase.word.lemma.endswith("between"):
-        return False
-    start = end + (chart.at(end).text == "and")
-    more = nominal(chart, start) if start > end else ()
-    return any(prep_phrase(chart, after) for after in (end, *(after for _, after in more)))
-
-
-def _tail(
-    chart: Chart, i: int, *, rest: Rule[Tail], phrases: tuple[tuple[PrepPhrase, int], ...]
-) -> Found[Tail]:
-    for piece, j in _pieces(chart, i, phrases=phrases):
-        for tail, end in rest(chart, j):
-            yield _joined(piece, tail), end
-    yield Tail(), i
-    corrected = chart.after_correction(i)
-    for phrase, j in single_prep_phrase(chart, corrected) if corrected > i else ():
-        for tail, end in rest(chart, j):
-            yield replace(_joined(Tail(phrases=(phrase,)), tail), restarts=True), end
-    for phrase, j in single_prep_phrase(chart, i + 1) if chart.at(i).is_a("pause") else ():
-        for tail, end in rest(chart, j):
-            yield _joined(Tail(phrases=(phrase,)), tail), end
-
-
-def _pieces(chart: Chart, i: int, *, phrases: tuple[tuple[PrepPhrase, int], ...]) -> Found[Tail]:
-    """Yield one piece of a tail: a phrase, an adverb or a particle."""
-    adverb, after = adverb_at(chart, i, closing=True)
-    if adverb is None or after == i + 1:
-        for phrase, j in phrases:
-            yield Tail(phrases=(phrase,)), j
-    if adverb is not None:
-        yield Tail(adverbs=(adverb,)), after
-    if chart.at(i).is_a("particles"):
-        yield Tail(particle=chart.word(i)), i + 1
-
-
-def _joined(first: Tail, then: Tail) -> Tail:
-    kept = () if then.restarts else first.phrases
-    return Tail(
-        phrases=(*kept, *then.phrases), adverbs=(*first.adverbs, *then.adverbs),
-        particle=first.particle or then.particle, restarts=then.restarts,
-    )  # fmt: skip
