@@ -17,7 +17,7 @@ def read_json(path: Path) -> Document:
     """Return the object of a JSON file."""
     try:
         content = json.loads(_text(path))
-    except json.JSONDecodeError as error:
+    except (json.JSONDecodeError, RecursionError) as error:
         raise InputError(f"no JSON ({error})", where=path, todo="correct the file") from error
     return _mapping(content, path)
 
@@ -29,12 +29,12 @@ def read_yaml(path: Path) -> Document:
         text = text.partition("\n")[2]
     try:
         content = yaml.safe_load(text)
-    except yaml.YAMLError as error:
+    except (yaml.YAMLError, RecursionError) as error:
         raise InputError(_yaml_problem(error), where=path, todo="correct the file") from error
     return _mapping(content, path)
 
 
-def _yaml_problem(error: yaml.YAMLError) -> str:
+def _yaml_problem(error: Exception) -> str:
     """Return in one line what PyYAML says in several."""
     if isinstance(error, yaml.MarkedYAMLError) and error.problem_mark is not None:
         return f"no YAML (line {error.problem_mark.line + 1}: {error.problem})"

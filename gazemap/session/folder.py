@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TypeVar
@@ -29,10 +30,13 @@ def open_folder(path: Path, *, camera: Path | None) -> RecordedSession:
         timestamps=path / "world_timestamps.csv",
         camera=camera or path / "scene_camera.json",
     )
-    overhead = _overhead(path)
+    missing = _missing_beside_overhead(path)
+    overhead = None if missing else _overhead(path)
     overhead_t_ns = overhead.t_ns if overhead else ()
+    data = read_data(path, scene_t_ns=scene.t_ns)
+    unused = tuple(f"overhead.mp4 is not used: there is no {name}" for name in missing)
     return RecordedSession(
-        data=read_data(path, scene_t_ns=scene.t_ns),
+        data=replace(data, warnings=(*data.warnings, *unused)),
         scene=scene,
         overhead=overhead,
         scene_depth=find_depth(path / "depth", listing=path / "depth.txt", frame_t_ns=scene.t_ns),
@@ -62,9 +66,17 @@ def scene_video(folder: Path) -> Path:
     return others[0]
 
 
+def _missing_beside_overhead(path: Path) -> tuple[str, ...]:
+    """Return what an overhead video, which a session need not have, lacks to be of use."""
+    if not _is_there(path / "overhead.mp4"):
+        return ()
+    names = ("overhead_timestamps.csv", "overhead_camera.json")
+    return tuple(name for name in names if not _is_there(path / name))
+
+
 def _overhead(path: Path) -> VideoFile | None:
     video = path / "overhead.mp4"
-    if not video.is_file():
+    if not _is_there(video):
         return None
     return open_video(
         video, timestamps=path / "overhead_timestamps.csv", camera=path / "overhead_camera.json"
@@ -100,7 +112,12 @@ def read_data(path: Path, *, scene_t_ns: tuple[int, ...]) -> SessionData:
 
 
 def _if_there(path: Path, read: Callable[[Path], Reading]) -> Reading | None:
-    return read(path) if path.is_file() else None
+    return read(path) if _is_there(path) else None
+
+
+def _is_there(path: Path) -> bool:
+    """Return whether there is anything: a folder, or a link to nowhere, is not taken for absent."""
+    return path.exists() or path.is_symlink()
 
 
 def heading_rad(info: Document, path: Path) -> float:

@@ -5,6 +5,9 @@ from pathlib import Path
 
 from gazemap.errors import InputError
 
+# Times are int64 nanoseconds everywhere.
+_END_OF_TIME_NS = 2**63
+
 
 def read_image_list(path: Path) -> tuple[tuple[int, ...], tuple[Path, ...]]:
     """Return times and files of a list, which must increase and be there."""
@@ -41,8 +44,11 @@ def _entry(line: str, where: str, folder: Path) -> tuple[int, Path]:
 def seconds_to_ns(text: str, *, where: str) -> int:
     """Return decimal seconds as integer nanoseconds, exactly."""
     try:
-        return int((Decimal(text) * 1_000_000_000).to_integral_value())
-    except (InvalidOperation, ValueError, OverflowError) as error:
+        t_ns = int((Decimal(text) * 1_000_000_000).to_integral_value())
+    except (InvalidOperation, ValueError, OverflowError):
+        t_ns = -1
+    if not 0 <= t_ns < _END_OF_TIME_NS:
         raise InputError(
-            f"a time in seconds expected, got '{text}'", where=where, todo="correct it"
-        ) from error
+            f"a time in seconds since 1970 expected, got '{text}'", where=where, todo="correct it"
+        )
+    return t_ns

@@ -49,7 +49,7 @@ def _times(folder: Path, paths: tuple[Path, ...]) -> tuple[tuple[int, ...], tupl
             )
         return t_ns, ()
     stems = [path.stem for path in paths]
-    if all(stem.isdecimal() and len(stem) >= _TIME_DIGITS for stem in stems):
+    if all(stem.isdecimal() and _TIME_DIGITS <= len(stem) < 20 for stem in stems):
         t_ns = tuple(int(stem) for stem in stems)
         if all(a < b for a, b in itertools.pairwise(t_ns)):
             return t_ns, ()

@@ -56,7 +56,7 @@ def _blocks(lines: list[str]) -> Iterator[Block]:
 
 
 def _cue(block: Block, path: Path, zero_ns: int) -> Cue | None:
-    if block[0][1].startswith(_NO_CUES) or not any("-->" in line for _, line in block):
+    if block[0][1].split()[0] in _NO_CUES or not any("-->" in line for _, line in block):
         return None
     timing = 0 if "-->" in block[0][1] else 1
     number, line = block[min(timing, len(block) - 1)]

@@ -145,6 +145,10 @@ def times_ns(table: Table, name: str) -> tuple[IntArray, BoolArray]:
         InputError: if a time is before the one of the row above.
     """
     t_ns = table.ints(name)
+    if (t_ns < 0).any():
+        raise table.wrong_field(
+            int(np.flatnonzero(t_ns < 0)[0]), name=name, wanted="nanoseconds since 1970"
+        )
     steps = np.diff(t_ns)
     if (steps < 0).any():
         row = int(np.flatnonzero(steps < 0)[0]) + 1

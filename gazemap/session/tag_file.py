@@ -22,7 +22,7 @@ def read_tags(path: Path) -> TagLayout:
     """
     document = read_yaml(path)
     family = document.get("family")
-    if family not in FAMILIES:
+    if not isinstance(family, str) or family not in FAMILIES:
         raise InputError(
             f"tag family '{family}' is unknown; known: {', '.join(FAMILIES)}",
             where=path,

@@ -45,12 +45,22 @@ class VideoFile:
                 for index, picture in enumerate(container.decode(stream)):
                     if index >= len(self.t_ns):
                         break
-                    image = picture_to_image(picture)
-                    yield Frame(index=index, t_ns=self.t_ns[index], image=image)
+                    yield self._frame(index, picture)
         except av.error.FFmpegError as error:
             raise unreadable(self.path, read=index, expected=len(self.t_ns)) from error
         if index + 1 < len(self.t_ns):
             raise unreadable(self.path, read=index + 1, expected=len(self.t_ns))
+
+    def _frame(self, index: int, picture: av.VideoFrame) -> Frame:
+        expected = ImageSize(width_px=self.camera.width_px, height_px=self.camera.height_px)
+        got = ImageSize(width_px=picture.width, height_px=picture.height)
+        if got != expected:
+            raise InputError(
+                f"frame {index} has {got} pixels, {expected} expected",
+                where=self.path,
+                todo="record at one size, or cut the video before it",
+            )
+        return Frame(index=index, t_ns=self.t_ns[index], image=picture_to_image(picture))
 
     def coded(self) -> Iterator[CodedImage | VideoPacket]:
         """Yield the video's own packets, or lossless images where packets cannot stand alone."""

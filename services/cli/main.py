@@ -25,6 +25,8 @@ COMMANDS: Final[dict[str, tuple[str, str]]] = {
     "demo": ("services.cli.demo", "Simulate, ground it live over loopback, rebuild it."),
 }
 
+_SHOWS_TRACES: Final = "GAZEMAP_TRACEBACK"
+
 
 class LazyGroup(click.Group):
     """A group that imports a command's module only when the command is called."""
@@ -54,8 +56,6 @@ def cli() -> None:
 
 def main() -> None:
     """Run the console script: 0 on success, 2 on wrong usage, 1 with one line otherwise."""
-    from gazemap.errors import GazemapError
-    from grounding.errors import GroundingError
     from services.children import stop_with_parent
 
     stop_with_parent()
@@ -69,16 +69,33 @@ def main() -> None:
     except click.ClickException as error:
         error.show()
         sys.exit(error.exit_code)
-    except (GazemapError, GroundingError) as error:
-        _say(str(error))
     except BrokenPipeError:
         # Who read our output has left, as `head` does: nobody is there to be told.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         sys.exit(1)
-    except OSError as error:
-        _say(
-            f"{error.filename or 'a file'}: {error.strerror}; check the path, its rights and space"
-        )
+    except Exception as error:
+        line = _line_of(error)
+        if line is None and _SHOWS_TRACES in os.environ:
+            raise
+        _say(line or _last_resort(error))
+
+
+def _line_of(error: Exception) -> str | None:
+    """Return what an error that was foreseen says; None for one that was not."""
+    from gazemap.errors import GazemapError
+    from grounding.errors import GroundingError
+
+    if isinstance(error, GazemapError | GroundingError):
+        return str(error)
+    if isinstance(error, OSError):
+        what = error.strerror or error
+        return f"{error.filename or 'a file'}: {what}; check the path, its rights and space"
+    return None
+
+
+def _last_resort(error: Exception) -> str:
+    what = f"{type(error).__name__}: {error}"
+    return f"unexpected {what:.300}; run it with {_SHOWS_TRACES}=1 and report what it says"
 
 
 def _say(line: str) -> NoReturn:

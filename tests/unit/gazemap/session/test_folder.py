@@ -1,9 +1,14 @@
+from fractions import Fraction
+
+import av
+import cv2
 import numpy as np
 import pytest
 
 from gazemap.errors import InputError
 from gazemap.geometry.camera import LensModel
 from gazemap.session import open_session
+from tests.session_writer import picture_of
 
 
 def refused(path):
@@ -234,11 +239,9 @@ def test_another_camera_file_can_be_given(writer, tmp_path):
     assert open_session(writer.path, camera=other).scene_camera.K[1, 1] == 149
 
 
-def test_the_overhead_camera_needs_its_times_and_its_calibration(writer):
+def test_the_overhead_camera_has_times_of_its_own(writer):
     writer.video("overhead.mp4", count=3)
-    assert "overhead_timestamps.csv" in refused(writer.path)
     writer.times("overhead_timestamps.csv", [10, 20, 35])
-    assert "overhead_camera.json" in refused(writer.path)
     camera = (writer.path / "scene_camera.json").read_text()
     writer.text("overhead_camera.json", camera)
     session = open_session(writer.path)
@@ -250,3 +253,57 @@ def test_a_folder_that_is_no_session_is_refused(tmp_path):
     (tmp_path / "notes.txt").write_text("hello")
     assert "no recording in it" in refused(tmp_path)
     assert "no such file or folder" in refused(tmp_path / "nowhere")
+
+
+@pytest.mark.parametrize("name", ["gaze.csv", "narration.vtt", "tags.yaml"])
+def test_a_folder_or_a_link_to_nowhere_is_not_taken_for_absent(writer, name):
+    (writer.path / name).unlink()
+    (writer.path / name).mkdir()
+    assert f"{name}: cannot be read" in refused(writer.path)
+    (writer.path / name).rmdir()
+    (writer.path / name).symlink_to("nowhere")
+    assert f"{name}: cannot be read" in refused(writer.path)
+
+
+@pytest.mark.parametrize("missing", ["overhead_timestamps.csv", "overhead_camera.json"])
+def test_an_overhead_video_that_cannot_be_used_is_left_out_with_a_warning(writer, missing):
+    writer.video("overhead.mp4")
+    writer.times("overhead_timestamps.csv", writer.frame_t_ns)
+    writer.text("overhead_camera.json", (writer.path / "scene_camera.json").read_text())
+    assert open_session(writer.path).overhead_camera is not None
+    (writer.path / missing).unlink()
+    session = open_session(writer.path)
+    assert session.overhead_camera is None
+    assert f"overhead.mp4 is not used: there is no {missing}" in session.data.warnings
+
+
+def test_times_before_1970_are_refused(writer):
+    writer.times("world_timestamps.csv", [t - 2 * writer.start_ns for t in writer.frame_t_ns])
+    assert "world_timestamps.csv, line 2: column 'timestamp [ns]'" in refused(writer.path)
+
+
+def test_a_video_whose_frames_change_their_size_is_refused(writer):
+    write_motion_jpeg(writer.path / "scene.mp4", [picture_of(i) for i in range(12)], half_from=7)
+    writer.times("world_timestamps.csv", writer.frame_t_ns[:12])
+    assert "frame 7 has 80x60 pixels, 160x120 expected" in refused(writer.path)
+
+
+def write_motion_jpeg(path, pictures, *, half_from):
+    """Write a video whose pictures are half as large from one on: each packet is a whole JPEG."""
+    with av.open(str(path), "w") as container:
+        stream = container.add_stream("mjpeg", rate=30)
+        stream.width, stream.height, stream.pix_fmt = 160, 120, "yuvj420p"
+        for i, picture in enumerate(pictures):
+            small = picture[::2, ::2] if i >= half_from else picture
+            packet = av.Packet(cv2.imencode(".jpg", small)[1].tobytes())
+            packet.stream, packet.time_base = stream, Fraction(1, 30)
+            packet.pts = packet.dts = i
+            container.mux(packet)
+
+
+def test_nested_nonsense_is_one_line(writer):
+    writer.text("info.json", "[" * 100_000)
+    assert "info.json: no JSON" in refused(writer.path)
+    writer.text("info.json", "{}")
+    writer.text("tags.yaml", "family: [a]\ntags: 5\n")
+    assert "tag family '['a']' is unknown" in refused(writer.path)

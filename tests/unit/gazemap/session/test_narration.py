@@ -13,7 +13,7 @@ def read(tmp_path, text, *, zero_ns=0):
 def test_cues_count_from_the_first_frame_and_lose_their_markup(tmp_path):
     text = (
         "WEBVTT - a title\nKind: captions\n\n"
-        "first\n00:01.500 --> 00:02.250\npick up the\nred cube\n\n"
+        "NOTES of the first\n00:01.500 --> 00:02.250\npick up the\nred cube\n\n"
         "NOTE\n00:03.000 --> 00:04.000\n\n"
         "01:00:00.001 --> 01:00:01.000 align:start\n<v Ann>put it <b>there</b> &amp; stop\n"
     )

@@ -5,7 +5,7 @@ import sys
 import click
 import pytest
 
-from services.cli.main import COMMANDS
+from services.cli.main import COMMANDS, cli, main
 
 
 def run(*arguments):
@@ -46,3 +46,20 @@ def test_bad_input_is_one_line_and_exit_1(tmp_path):
     assert done.returncode == 1
     assert len(done.stderr.strip().splitlines()) == 1
     assert "none.json5" in done.stderr
+
+
+def fail():
+    raise ZeroDivisionError("by\nnothing")
+
+
+def test_what_nobody_foresaw_is_one_line_too(monkeypatch, capsys):
+    monkeypatch.setattr(cli, "main", lambda **_: fail())
+    with pytest.raises(SystemExit) as left:
+        main()
+    assert left.value.code == 1
+    err = capsys.readouterr().err
+    assert "unexpected ZeroDivisionError: by nothing; run it with GAZEMAP_TRACEBACK=1" in err
+    assert err.count("\n") == 1
+    monkeypatch.setenv("GAZEMAP_TRACEBACK", "1")
+    with pytest.raises(ZeroDivisionError):
+        main()
