@@ -105,13 +105,18 @@ def ground_session(  # noqa: PLR0913  all that a session is, by name
     symbols = learn_from_patches(patches, config.symbols)
     return SessionGrounding(
         plan=heed_words(with_patches(plan, patches), patches, symbols),
-        looks=alignment.looks,
+        looks=alignment.looks if alignment.fit >= config.plan.fit else _unclaimed(alignment.looks),
         patches=tuple(patches),
         symbols=symbols,
         relations=demonstrations_of(
             demonstration.spoken, alignment.instructions, heading_rad=demonstration.heading_rad
         ),
     )
+
+
+def _unclaimed(looks: Sequence[LookBelief]) -> tuple[LookBelief, ...]:
+    """Return the looks of a gaze that does not go with the narration: they serve nothing said."""
+    return tuple(dataclasses.replace(each, instruction=None) for each in looks)
 
 
 def _scaled(

@@ -42,7 +42,7 @@ class PlanConfig:
     sigma_m: float = 0.02
     looks: float = 0.9
     looks_unseen: float = 1.8
-    fit: float = 0.55
+    fit: float = 0.65
     candidate: float = 0.02
 
 
@@ -198,6 +198,7 @@ def _doubted(each: GroundedInstruction, alignment: Alignment) -> GroundedInstruc
         confidence=each.confidence * alignment.fit,
         target=None,
         location=None,
+        fixations=(),
         question=None,
         candidates=each.candidates or ((each.target,) if each.target else ()),
         reason=f"gaze and narration do not go together: {alignment.fit:.0%} of the looks fit",

@@ -33,6 +33,8 @@ class GlideConfig:
         motion_window_s: no gaze leaves its landmark farther from the event than this.
         motion_missed: prior of a movement that vision missed.
         unmoved_prior: prior of a taken thing of which vision saw no movement.
+        exchanged_prior: prior of two neighbouring things that were done the other way round.
+        relation_missed: prior of a thing that was put elsewhere than the words say.
         popular_share: prior share of idle looks that rest on things, not just anywhere.
         gaze_offset_sigma_rad: prior spread of the gaze offset that mapping left in, per axis.
         grid_spacing_m: spacing of the grid of positions where there is no instance.
@@ -61,6 +63,8 @@ class GlideConfig:
     motion_sigma_s: float = 0.5
     motion_window_s: float = 10.0
     motion_missed: float = 0.05
+    exchanged_prior: float = 0.01
+    relation_missed: float = 0.2
     popular_share: float = 0.1
     unmoved_prior: float = 0.02
     gaze_offset_sigma_rad: float = 0.015

@@ -6,10 +6,10 @@ from grounding.glide.actions import Kind
 from grounding.glide.config import GlideConfig
 from grounding.glide.model import Parameters, Session
 from grounding.glide.sight import log_density
-from grounding.relations import sense_of, wearer_axes
 from grounding.types import FloatArray
 
 _RATIO_CAP = 8.5  # log; one look never says more for a position
+_EYES_AHEAD_S = 3.0  # people look at a thing so long before it leaves
 
 
 def aim_cov(session: Session, config: GlideConfig) -> FloatArray:
@@ -47,6 +47,24 @@ def popularity(session: Session, ratio: FloatArray, taken: FloatArray) -> FloatA
     return mean
 
 
+def moving(session: Session, ratio: FloatArray) -> FloatArray:
+    """Return (T,): density of a look at what vision sees moved about now, over that of anywhere.
+
+    Before a thing is taken people look at it, then at the place where it will be put.
+    """
+    rests, mid_s = session.rests, session.sights.mid_s[:, None]
+    gone = np.flatnonzero(rests.next_rest >= 0)
+    if not len(gone):
+        return np.ones(session.sights.count)
+    goal = rests.next_rest[gone]
+    left_s, arrival_s = rests.left_s[gone], rests.since_s[goal]
+    taking = (mid_s > left_s - _EYES_AHEAD_S) & (mid_s <= left_s)  # (T, M)
+    putting = (mid_s > left_s) & (mid_s <= arrival_s)
+    there = (taking * ratio[:, gone] + putting * ratio[:, goal]).sum(axis=1)
+    now = (taking | putting).sum(axis=1)
+    return np.where(now > 0, there / np.maximum(now, 1), 1.0)
+
+
 def part_weights(session: Session, config: GlideConfig) -> FloatArray:
     """Return (A, 3, 3), eq. 3: thirds of an action by target, location, landmark."""
     weights = np.zeros((len(session.acts), 3, 3))
@@ -61,41 +79,6 @@ def part_weights(session: Session, config: GlideConfig) -> FloatArray:
         weights[a, :, 2] = inside * landmark
         weights[a, :, 1] = inside * (1 - early - landmark)
     return weights
-
-
-def landmark_shares(session: Session, parameters: Parameters) -> FloatArray:
-    """Return (A, H, R): which place is the landmark if the thing is that of h, eq. 4."""
-    rests, axes = session.rests, wearer_axes(session.heading_rad)
-    share = np.zeros((len(session.acts), rests.count + 1, rests.count))
-    if not rests.count:
-        return share
-    for a, act in enumerate(session.acts):
-        if act.kind is not Kind.PUT or not act.landmarks:
-            continue
-        rows = list(session.names.landmarks_of_act[a])
-        named = parameters.theta[rows].mean(axis=0)[rests.thing]  # (R,)
-        sense = sense_of(act.relation or "near")
-        direction, sigma = np.array(sense.direction[:2]), 2 * np.array(sense.sigma_m[:2])
-        for h in range(rests.count + 1):
-            share[a, h] = named
-            goal = rests.next_rest[h] if h < rests.count else -1
-            if goal >= 0:
-                apart = 0.5 * (rests.extent + rests.extent[h]) + sense.clearance_m
-                offset = (rests.position[goal] - rests.position) @ axes.T
-                off = offset[:, :2] - apart[:, None] * direction
-                far = np.square(off / sigma).sum(axis=1)
-                share[a, h] = named * (np.exp(-0.5 * far) + 0.02) * (rests.thing != rests.thing[h])
-        share[a] /= np.maximum(_sum_of_present(session, share[a]), 1e-12)
-    return share
-
-
-def _sum_of_present(session: Session, share: FloatArray) -> FloatArray:
-    """Return (H, 1): each instance counted once, whichever of its places is taken."""
-    once = np.zeros((share.shape[0], session.things_count))
-    for r, k in enumerate(session.rests.thing):
-        once[:, k] = np.maximum(once[:, k], share[:, r])
-    total: FloatArray = once.sum(axis=1, keepdims=True)
-    return total
 
 
 def look_tables(

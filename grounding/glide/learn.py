@@ -146,8 +146,7 @@ def _gaps(session: Session, beliefs: Beliefs, config: GlideConfig) -> FloatArray
     gaps[3].append(float(count - end[-1]))
     for a in range(1, len(session.acts)):
         gaps[2 if session.acts[a].in_hand else 1].append(float(begin[a] - end[a - 1]))
-    gap = config.gap_fixations
-    prior = np.array([2 * gap, gap, config.gap_in_hand_fixations, 2 * gap])
+    prior = session.gap_looks(config)
     found = [np.array(g)[np.isfinite(g)] for g in gaps]
     total = np.array([np.maximum(g, 0).sum() for g in found])
     number = np.array([len(g) for g in found])

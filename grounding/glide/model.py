@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from grounding.glide.actions import Act, elementary_actions
+from grounding.glide.actions import Act, Kind, elementary_actions
 from grounding.glide.config import GlideConfig
 from grounding.glide.sight import Sights, sights_of
 from grounding.types import (
@@ -112,6 +112,24 @@ class Session:
         return float(np.prod(self.high - self.low))
 
     @property
+    def unsaid_share(self) -> float:
+        """The share of the movements that vision saw of which nothing was said."""
+        within = (self.rests.left_s > 0) & (self.rests.left_s < self.span_s)
+        moved = int((within & (self.rests.next_rest >= 0)).sum())
+        said = sum(1 for act in self.acts if act.kind is Kind.PUT)
+        return max(moved - said, 0) / max(moved, 1)
+
+    def gap_looks(self, config: GlideConfig) -> FloatArray:
+        """Return (4,) background looks to expect: before, between, in hand, after.
+
+        The looks of movements that nobody spoke of are background too.
+        """
+        gaps = sum(1 for act in self.acts if not act.in_hand) + 1
+        unsaid = self.unsaid_share * self.sights.count / gaps
+        gap, in_hand = config.gap_fixations, config.gap_in_hand_fixations
+        return np.array([2 * gap + unsaid, gap + unsaid, in_hand, 2 * gap + unsaid])
+
+    @property
     def span_s(self) -> float:
         """The time from the first look to the end of the last."""
         return max(float(self.sights.end_s[-1]), 1.0) if self.sights.count else 1.0
@@ -189,13 +207,12 @@ def initial_parameters(session: Session, config: GlideConfig) -> Parameters:
     share = 0.7 * session.span_s / max(len(session.acts), 1)
     action_s = float(np.sqrt(config.action_s * np.clip(share, 0.5, 8.0)))
     things = max(session.things_count, 1)
-    gap = config.gap_fixations
     return Parameters(
         theta=np.full((len(session.names.phrases), things), 1.0 / things),
         narration_shift_s=0.0,
         narration_sigma_s=config.narration_sigma_s,
         action_s=np.full(3, action_s),
-        gap_fixations=np.array([2 * gap, gap, config.gap_in_hand_fixations, 2 * gap]),
+        gap_fixations=session.gap_looks(config),
         gaze_offset_rad=np.zeros(2),
         noise_scale=1.0,
         motion_shift_s=np.zeros(3),

@@ -7,18 +7,20 @@ import numpy as np
 from grounding.glide import priors
 from grounding.glide.config import GlideConfig
 from grounding.glide.emissions import (
-    landmark_shares,
     look_tables,
+    moving,
     part_weights,
     place_ratio,
     popularity,
 )
 from grounding.glide.grid import Unseen, unseen_positions
 from grounding.glide.kernels import Tables
+from grounding.glide.landmarks import landings, landmark_shares
 from grounding.glide.model import Parameters, Session, present
 from grounding.types import FloatArray
 
 _SLACK_S = 0.5
+_UNSAID = 0.5  # of the looks while something moves, where more moved than was spoken of
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -63,9 +65,11 @@ def build(
     anywhere = place_ratio(session, parameters, config)
     taken = present(session, session.sights.mid_s, slack_s=_SLACK_S).astype(np.float64)
     popular = popularity(session, anywhere, taken)
-    calm = 1.0 / (1.0 + parameters.popular_share * (popular - 1.0))  # eq. 1
+    background = 1.0 + parameters.popular_share * (popular - 1.0)  # eq. 1
+    unsaid = _UNSAID if session.unsaid_share else 0.0
+    calm = 1.0 / (background * (1.0 - unsaid) + moving(session, anywhere) * unsaid)
     ratio = anywhere * calm[:, None]
-    share = landmark_shares(session, parameters)
+    share = landmark_shares(session, parameters, config)
     landmark = np.einsum("ahr,tr->aht", share, ratio * taken)
     weights = part_weights(session, config)
     unseen = unseen_positions(session, parameters, config, parts=(weights, landmark, calm))
@@ -102,6 +106,7 @@ def _tables(
     stay, leave = priors.gaps(session, parameters)
     start = priors.starts(session, parameters, config)
     end = priors.ends(session, parameters, config, open_end=open_end)
+    end[:, :-1] += landings(session, parameters, config)[..., None]
     return Tables(
         kind=np.array([act.kind for act in session.acts], dtype=np.int64),
         in_hand=np.array([act.in_hand for act in session.acts], dtype=np.int64),

@@ -14,8 +14,9 @@ import numpy as np
 
 from grounding.glide.actions import Kind, elementary_actions
 from grounding.glide.align import Alignment, align
-from grounding.glide.config import GlideConfig
+from grounding.glide.config import GlideConfig, Inference
 from grounding.glide.model import Demonstration
+from grounding.glide.modes import align_all_modes
 from grounding.glide.read import InstructionBelief, LookBelief
 from grounding.types import FixationObservation, ObjectInstance
 
@@ -56,7 +57,7 @@ def align_session(
     config = config or GlideConfig()
     count = len(demonstration.spoken)
     if count <= config.window:
-        return align(demonstration, config, open_end=open_end, rng=rng)
+        return _align(demonstration, config, open_end=open_end, rng=rng)
     fixations = sorted(demonstration.fixations, key=lambda f: (f.start_ns, f.fixation_id))
     looks: list[LookBelief] = []
     beliefs: list[InstructionBelief] = []
@@ -65,7 +66,7 @@ def align_session(
     while len(beliefs) < count:
         window = _window(demonstration, fixations, config, first=len(beliefs), look=len(looks))
         is_last = window.past == count
-        part = align(
+        part = _align(
             _cut(demonstration, fixations, window),
             config,
             open_end=open_end if is_last else window.is_guessed,
@@ -84,6 +85,25 @@ def align_session(
         fit=float(np.median(fits)),
         parameters=part.parameters if part else None,
         effective_samples=part.effective_samples if part else None,
+    )
+
+
+def _align(
+    demonstration: Demonstration,
+    config: GlideConfig,
+    *,
+    open_end: bool,
+    rng: np.random.Generator | None,
+) -> Alignment:
+    """Align one window; once the session is over, other explanations are tried."""
+    as_said = align(demonstration, config, open_end=open_end, rng=rng)
+    if open_end or config.inference is not Inference.EXACT:
+        return as_said
+    return align_all_modes(
+        demonstration,
+        lambda changed: align(changed, config),
+        prior=config.exchanged_prior,
+        as_said=as_said,
     )
 
 

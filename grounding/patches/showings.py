@@ -10,6 +10,7 @@ from grounding.plan import GroundedInstruction, GroundedPlan
 from grounding.types import FixationObservation, FloatArray, ObjectInstance, RestingPlace
 
 _GATE_SIGMAS = 3.0
+_LEAST_S = 0.5  # a shorter stretch is no showing if there is another
 _LEVEL = np.array([0.0, 0.0, 0.0, 1.0])
 
 
@@ -29,7 +30,7 @@ def showings_of(
 
     Returns:
         At most one showing for each instruction: before the action, or, for an action that puts
-        the target somewhere, after it.
+        the target somewhere, after it; the other one where it stands on or under another thing.
     """
     if not fixations:
         return []
@@ -51,58 +52,98 @@ def _showing(
     fixations: Sequence[FixationObservation],
     config: PatchConfig,
 ) -> Showing | None:
-    place = _resting_place(each, best, objects, fixations)
-    if place is None:
-        return None
-    margin = (int(config.after_s * 1e9), int(config.before_s * 1e9))
-    first_ns, last_ns = min(f.start_ns for f in fixations), max(f.end_ns for f in fixations)
-    since = max(place.t_ns + margin[0], first_ns)
-    until = last_ns if place.left_ns is None else place.left_ns - margin[1]
+    session = (min(f.start_ns for f in fixations), max(f.end_ns for f in fixations))
+    thing = next((o for o in objects if o.object_id == best.object_id), None)
+    places = _places(each, best, thing, since_ns=session[0])
     size = best.size_m if best.size_m is not None else np.full(3, config.unseen_size_m)
+    stretches = []
+    for place in places:
+        others = [o for o in objects if o.object_id != best.object_id]
+        busy = [_near(o, r, place, size) for o in others for r in o.track]
+        stretches.append(_longest_free(_standing(place, session, config), busy))
+    least_ns = int(_LEAST_S * 1e9)
+    chosen = next((k for k, (a, b) in enumerate(stretches) if b - a >= least_ns), 0)
+    if not places:
+        return None
     mine = [f for f in fixations if f.fixation_id in set(each.fixations)]
-    spots = [best.spot.position_world, place.position_world]
+    spots = [best.spot.position_world, *(place.position_world for place in places)]
     return Showing(
         instruction=each.spoken.index,
         symbols=each.spoken.instruction.target,
         weight=min(each.confidence, best.probability),
         object_id=best.object_id,
-        position_world=place.position_world,
-        quat_xyzw=place.quat_xyzw,
+        position_world=places[chosen].position_world,
+        quat_xyzw=places[chosen].quat_xyzw,
         size_m=size,
-        since_ns=since,
-        until_ns=until,
+        since_ns=stretches[chosen][0],
+        until_ns=stretches[chosen][1],
         is_looked_at=any(_within_gate(f, spot, size) for f in mine for spot in spots),
     )
 
 
-def _resting_place(
-    each: GroundedInstruction,
-    best: Candidate,
-    objects: Sequence[ObjectInstance],
-    fixations: Sequence[FixationObservation],
-) -> RestingPlace | None:
-    """Return the place to picture: the new one for an action that moved the target."""
+def _standing(
+    place: RestingPlace, session: tuple[int, int], config: PatchConfig
+) -> tuple[int, int]:
+    """Return from when to when a thing stands at a place and no hand is at it."""
+    since = max(place.t_ns + int(config.after_s * 1e9), session[0])
+    if place.left_ns is None:
+        return since, session[1]
+    return since, place.left_ns - int(config.before_s * 1e9)
+
+
+def _near(
+    other: ObjectInstance, rest: RestingPlace, place: RestingPlace, size_m: FloatArray
+) -> tuple[float, float] | None:
+    """Return when another thing stands on or under one, so that a picture shows both."""
+    apart = float(np.linalg.norm((rest.position_world - place.position_world)[:2]))
+    if apart > 0.5 * float(max(size_m[:2]) + max(other.size_m[:2])):
+        return None
+    above = abs(float(rest.position_world[2] - place.position_world[2]))
+    if above < 0.3 * float(size_m[2] + other.size_m[2]):
+        return None  # beside it
+    return rest.t_ns, np.inf if rest.left_ns is None else rest.left_ns
+
+
+def _longest_free(
+    stretch: tuple[int, int], busy: Sequence[tuple[float, float] | None]
+) -> tuple[int, int]:
+    """Return the longest part of a stretch of time that no other one overlaps."""
+    edges, free = stretch[0], []
+    for since, until in sorted(each for each in busy if each is not None):
+        free.append((edges, int(min(since, stretch[1]))))
+        edges = max(edges, int(min(until, stretch[1])))
+    free.append((edges, stretch[1]))
+    return max(free, key=lambda part: part[1] - part[0])
+
+
+def _places(
+    each: GroundedInstruction, best: Candidate, thing: ObjectInstance | None, *, since_ns: int
+) -> list[RestingPlace]:
+    """Return where to picture the target, the best place first: the new one if it was moved."""
     moved = each.location is not None and (
         np.linalg.norm(each.location.position_world - best.spot.position_world) > 1e-6
     )
     goal = each.location if moved and each.location else best.spot
-    for thing in objects:
-        if thing.object_id == best.object_id:
-            off = [np.linalg.norm(p.position_world - goal.position_world) for p in thing.track]
-            nearest = thing.track[int(np.argmin(off))]
-            if min(off) < 1e-3:
-                return nearest
+    track = () if thing is None else thing.track
+    off = [float(np.linalg.norm(p.position_world - goal.position_world)) for p in track]
+    if off and min(off) < 1e-3:
+        k = int(np.argmin(off))
+        beside = track[k - 1 : k] if moved and k else track[k + 1 : k + 2]
+        return [track[k], *beside]
     # Vision did not see it stand there: trust the gaze, and the action's times.
-    start = each.end_ns if moved else min(f.start_ns for f in fixations)
+    start = each.end_ns if moved else since_ns
     if start is None:
-        return None
-    return RestingPlace(
-        t_ns=start,
-        left_ns=None if moved else each.start_ns,
-        position_world=goal.position_world,
-        quat_xyzw=_LEVEL if best.quat_xyzw is None else best.quat_xyzw,
-        cov_world=goal.cov_world,
-    )
+        return []
+    quat = _LEVEL if best.quat_xyzw is None else best.quat_xyzw
+    return [
+        RestingPlace(
+            t_ns=start,
+            left_ns=None if moved else each.start_ns,
+            position_world=goal.position_world,
+            quat_xyzw=quat,
+            cov_world=goal.cov_world,
+        )
+    ]
 
 
 def _within_gate(fixation: FixationObservation, spot: FloatArray, size_m: FloatArray) -> bool:
