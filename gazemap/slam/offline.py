@@ -11,17 +11,22 @@ from gazemap.geometry.pose import Cam, Pose, World
 from gazemap.ports import Progress, Session
 from gazemap.slam.bootstrap import bootstrap
 from gazemap.slam.config import SlamConfig
+from gazemap.slam.depth_scale import scale_from_depth
 from gazemap.slam.frame_path import FramePath
 from gazemap.slam.framewise import pose_frames_by_corners
 from gazemap.slam.front import FollowedCorners, Skeleton, build_skeleton, follow_corners
 from gazemap.slam.growth import grow
 from gazemap.slam.join import join
+from gazemap.slam.loops import close_all_loops
 from gazemap.slam.refinement import RefinedMap, refine
 from gazemap.slam.tag_alignment import Map
 from gazemap.slam.video import GreyVideo
 from gazemap.slam.world import align_by_tags, level
 from gazemap.types.slam import SlamResult, SparseMap
 from gazemap.types.tracking import Lost, LostReason, Scale, Tracked, TrackingOutcome, Trajectory
+
+# What the first round has bent is near enough for the second to recognise more.
+_LOOP_ROUNDS = 2
 
 
 def _silent(stage: str, done: int, total: int) -> None:
@@ -52,20 +57,20 @@ def map_session(
     if not bootstrap(skeleton.structure, config):
         return _nothing(t_ns.tolist(), camera, followed)
     report("growing the map", 0, 0)
-    grow(skeleton.structure, config)
-    while join(skeleton, video, config=config):
-        grow(skeleton.structure, config)
+    _grow_whole(skeleton, video, config)
     path = pose_frames_by_corners(followed, skeleton, t_ns=t_ns, config=config)
     refined = refine(video, camera, skeleton=skeleton, path=path, config=config, progress=report)
     camera = refined.camera
-    S_world_map, warnings = None, []
+    warnings = []
     if camera.readout_s is not None and session.scene_camera.readout_s is None:
         warnings.append(f"read-out time unknown: estimated as {camera.readout_s * 1e3:.1f} ms")
-    if use_tags and session.data.tags is not None:
-        S_world_map = align_by_tags(
-            video, camera, path=path, frames=skeleton.frames, layout=session.data.tags
-        )
-        if S_world_map is None:
+    layout = session.data.tags if use_tags else None
+    S_world_map = None
+    if layout is not None:
+        S_world_map = align_by_tags(video, camera, path=path, frames=skeleton.frames, layout=layout)
+    if S_world_map is None:
+        S_world_map = _level_metric(session, path=path, refined=refined)
+        if layout is not None:
             warnings.append("the tags of the layout were not seen well enough to set the world")
     estimate = _Estimate(
         camera=camera, followed=followed, skeleton=skeleton, path=path, refined=refined,
@@ -73,6 +78,31 @@ def map_session(
         scale=Scale.ARBITRARY if S_world_map is None else Scale.METRIC,
     )  # fmt: skip
     return _result(estimate, tuple(warnings))
+
+
+def _grow_whole(skeleton: Skeleton, video: GreyVideo, config: SlamConfig) -> None:
+    """Grow the map as far as corners reach, join what they do not connect, close loops."""
+    grow(skeleton.structure, config)
+    while join(skeleton, video, config=config):
+        grow(skeleton.structure, config)
+    for _ in range(_LOOP_ROUNDS):
+        if not close_all_loops(skeleton, video):
+            break
+        grow(skeleton.structure, config)
+
+
+def _level_metric(
+    session: Session, *, path: FramePath, refined: RefinedMap
+) -> Similarity[World, Map] | None:
+    """Return a level world in metres; None where no depth image tells them."""
+    metres = scale_from_depth(
+        session.scene_depth_frames(), path=path, found=refined.found,
+        points_map=refined.points_map, is_good=refined.is_good,
+    )  # fmt: skip
+    if metres is None:
+        return None
+    S = level(path)
+    return Similarity(scale=metres, R=S.R, t=metres * S.t)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

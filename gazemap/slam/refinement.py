@@ -22,6 +22,7 @@ from gazemap.slam.video import GreyVideo
 
 _OUTLIER_PX = 2.0
 _FEWEST_KEYFRAMES = 3
+_LOSS_WIDENING = (4.0, 1.0)
 _SHUTTER_ROUNDS = 2
 _THREADS = 2
 _FRAMES_AHEAD = 8
@@ -251,7 +252,11 @@ def adjust_keyframes(
     views: list[FrameViews],
     config: SlamConfig,
 ) -> None:
-    """Bundle-adjust keyframes and points on their patches, twice: the second without outliers."""
+    """Bundle-adjust keyframes and points on their patches, twice: the second without outliers.
+
+    The first loss is wide: where old and new views of a place disagree by a pixel, a narrow one
+    would believe whichever are more and throw the others out.
+    """
     posed = np.flatnonzero(structure.is_posed)
     seen = [views[frames[k]] for k in posed]
     camera_index = np.repeat(np.arange(len(posed)), [len(v.point) for v in seen])
@@ -259,12 +264,12 @@ def adjust_keyframes(
     flat = np.concatenate([v.flat for v in seen])
     keep = np.ones(len(flat), dtype=np.bool_)
     R, t, points = structure.R_cam_map[posed], structure.t_cam_map[posed], refined.points_map
-    for _ in range(2):
+    for widening in _LOSS_WIDENING:
         solved = adjust(
             BundleProblem(
                 R_cam_map=R, t_cam_map=t, points_map=points, camera_index=camera_index[keep],
                 point_index=point_index[keep], flat=flat[keep], focal_px=structure.focal_px,
-                cauchy_px=config.final_cauchy_px,
+                cauchy_px=widening * config.final_cauchy_px,
             )
         )  # fmt: skip
         R, t, points = solved.R_cam_map, solved.t_cam_map, solved.points_map

@@ -44,7 +44,7 @@ def _live(session: Session, out: Path, *, use_tags: bool) -> None:
     for event in result.events:
         click.echo(f"{event.t_ns}: {event.kind}, map {event.map_id}", err=True)
     click.echo(
-        f"{len(result.trajectory)} of {len(result.outcomes)} frames tracked, "
+        f"{len(result.trajectory)} of {result.frame_count} frames tracked, "
         f"{result.point_count} points, scale {result.trajectory.scale}"
     )
 

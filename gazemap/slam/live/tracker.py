@@ -13,6 +13,7 @@ from gazemap.geometry.pose import Pose
 from gazemap.slam.grey import to_grey
 from gazemap.slam.live.bootstrap import Bootstrap
 from gazemap.slam.live.config import LiveConfig
+from gazemap.slam.live.gyro import Gyroscope
 from gazemap.slam.live.link import InlineLink, MappingLink
 from gazemap.slam.live.mapper import Mapper
 from gazemap.slam.live.messages import (
@@ -33,7 +34,7 @@ from gazemap.slam.live.warm_up import warm_up_tracking
 from gazemap.slam.live.worker import ProcessLink
 from gazemap.types.frame import Frame
 from gazemap.types.map import MapEvent, MapEventKind
-from gazemap.types.session import TagLayout
+from gazemap.types.session import ImuSample, TagLayout
 from gazemap.types.tracking import Lost, LostReason, Scale, Tracked, TrackingOutcome
 
 # With so few of the points that a keyframe should show, the view has changed much.
@@ -78,6 +79,7 @@ class LiveTracker:
         self._tag_start = TagStart(camera, layout) if layout is not None else None
         self._poses = PoseTracker(camera, self._config.front_end)
         self._notes = Notes(self._config)
+        self._gyroscope = Gyroscope()
         self._motion: Motion | None = None
         self._update: MapUpdate | None = None
         self._pending: tuple[KeyframeNote, int] | None = None
@@ -137,9 +139,13 @@ class LiveTracker:
         reply = self._ask(LoadNote(path=path))
         if isinstance(reply, MapUpdate):
             self._notes.start_after(reply)
-            self._motion = Motion(Pose.identity(), 0)
+            self._motion = Motion(Pose.identity(), 0, self._gyroscope)
             self._lost_since_ns = reply.events[0].t_ns
             self._take(reply)
+
+    def inertial(self, sample: ImuSample) -> None:
+        """Take a sample of an IMU that is fixed to the camera, before the frames it precedes."""
+        self._gyroscope.add(sample)
 
     def track(self, frame: Frame) -> TrackingOutcome:
         """Return where the camera was, from this frame and those before it."""
@@ -215,7 +221,7 @@ class LiveTracker:
         if not isinstance(reply, MapUpdate):
             return self._by_tags(grey, t_ns)
         self._bootstrap.reset()
-        self._motion = Motion(reply.T_cam_world, t_ns)
+        self._motion = Motion(reply.T_cam_world, t_ns, self._gyroscope)
         self._lost_since_ns = None
         self._poses.forget_frame()
         self._take(reply)

@@ -12,7 +12,7 @@ from gazemap.session.tum_file import read_tum, write_tum
 from gazemap.slam.colmap import write_colmap
 from gazemap.slam.config import SlamConfig
 from gazemap.slam.offline import map_session
-from gazemap.types.frame import Frame
+from gazemap.types.frame import DepthFrame, Frame
 from gazemap.types.session import LayoutTag, SessionData, TagLayout
 from gazemap.types.tracking import Lost, LostReason, Scale, Tracked
 from tests import planes
@@ -31,6 +31,7 @@ class DrawnSession:
     scene_camera: object = planes.CAMERA
     scene_t_ns: tuple = field(default=())
     overhead_camera: object = None
+    depth_frames: tuple = ()
 
     def __post_init__(self):
         self.scene_t_ns = tuple(10**18 + i * planes.FRAME_NS for i in range(len(self.images)))
@@ -41,6 +42,9 @@ class DrawnSession:
 
     def overhead_frames(self):
         return iter(())
+
+    def scene_depth_frames(self):
+        return iter(self.depth_frames)
 
 
 def tag_plane(tag_id, centre):
@@ -114,6 +118,37 @@ def test_without_tags_the_scale_is_said_to_be_arbitrary(session, poses):
     S_true_estimated = fit_similarity(estimated, true)
     assert result.trajectory.scale is Scale.ARBITRARY
     assert 1e-6 < rmse(S_true_estimated.transform(estimated), true) < 1e-3
+
+
+def depth_of(room, T_world_cam):
+    """Return the depth image of planes: what covers what is found by drawing their numbers."""
+    height, width = planes.CAMERA.height_px, planes.CAMERA.width_px
+    depth = np.full((height, width), np.nan, np.float32)
+    v, u = np.mgrid[:height, :width]
+    rays = np.dstack([u, v, np.ones_like(u)]) @ np.linalg.inv(planes.CAMERA.K).T
+    for item in room:
+        basis = np.linalg.inv(
+            T_world_cam.R.T @ np.column_stack([item.x, item.y, item.corner - T_world_cam.t])
+        )
+        a, b, inverse_z = np.moveaxis(rays @ basis.T, 2, 0)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            inside = (inverse_z > 0) & (a >= 0) & (b >= 0)
+            inside &= (a <= inverse_z) & (b <= inverse_z)
+            depth = np.where(inside, 1 / inverse_z, depth).astype(np.float32)
+    return depth
+
+
+def test_depth_images_give_the_scale_where_there_are_no_tags(session, poses):
+    frames = tuple(
+        DepthFrame(t_ns=session.scene_t_ns[i], depth_m=depth_of(planes.room(), poses[i]))
+        for i in range(0, FRAME_COUNT, 9)
+    )
+    result = map_session(replace(session, depth_frames=frames), SlamConfig(), use_tags=False)
+    estimated, true = truth_of(result.outcomes, poses)
+    assert result.trajectory.scale is Scale.METRIC
+    S = fit_similarity(estimated, true)
+    assert S.scale == pytest.approx(1, abs=0.01)
+    assert rmse(S.transform(estimated), true) < 0.002
 
 
 def test_points_lie_on_the_planes_within_a_few_sigma(result):
