@@ -43,6 +43,12 @@ def read_plans(name: str) -> list[Planned]:
     return [Planned(sentence=s, plan=p) for s, p in rows if not s.startswith("#")]
 
 
+def all_plans() -> list[Planned]:
+    """Return the sentences of every file that says what our own grammar should give."""
+    names = ["plans.txt", *sorted(path.name for path in DATA.glob("unseen_*.txt"))]
+    return [planned for name in names for planned in read_plans(name)]
+
+
 def written(instructions: tuple[Instruction, ...]) -> str:
     """Return instructions in the notation of the files."""
     return " ; ".join(_one(each) for each in instructions)

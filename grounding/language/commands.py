@@ -130,11 +130,12 @@ class _Finder:
 
     def _corrected(self, node_id: str, *, context: _Context) -> Iterator[Command | Refusal]:
         """Yield what is meant by "take it, no, push it"; what was taken back may still be named."""
-        *before, last = self.graph.arguments(node_id)
-        for each in before:
+        arguments = self.graph.arguments(node_id)
+        for each in arguments[:-1]:
             for found in self.under(each, context=context):
                 yield replace(refusal(Reason.TAKEN_BACK), event=found.event)
-        yield from self.under(last, context=context)
+        for each in arguments[-1:]:
+            yield from self.under(each, context=context)
 
     def _subordinator(self, node_id: str) -> Subordinator | None:
         """Return what a conjunction of two clauses says; None for any other node."""

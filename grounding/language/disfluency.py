@@ -30,8 +30,8 @@ def _without_fillers(tokens: list[Token]) -> list[Token]:
 def _without_restarts(tokens: list[Token]) -> list[Token]:
     """Leave out what is broken off: "put the, put the cube on the the tray".
 
-    A word said twice in a row counts once. Several words do where the first time ends in a pause
-    and in the open, with a word that needs another behind it.
+    A word said twice in a row counts once. Several words do where they end in the open, with a
+    word that needs another behind it, and in a pause, if they name anything.
     """
     kept: list[Token] = []
     for token in tokens:
@@ -56,7 +56,14 @@ def _is_restart(tokens: list[Token], *, size: int) -> bool:
     if size == 1 and not paused:
         return last.known and not last.is_a("cardinals")
     describes = size > 1 and last.adjective and not last.noun
-    return paused and bool(last.is_a("determiners") or last.is_a("prepositions") or describes)
+    if paused:
+        return _is_open(last) or bool(describes)
+    return all(_is_open(each) for each in now)
+
+
+def _is_open(token: Token) -> bool:
+    """Whether a word needs another behind it."""
+    return token.is_a("determiners") or token.is_a("prepositions")
 
 
 def _end_before(tokens: list[Token], *, size: int) -> int:

@@ -82,7 +82,7 @@ _CLOSED: Final = (
 )  # fmt: skip
 _PHRASES: Final = (
     "phrases", "conjunction_phrases", "without", "leads_base", "leads_gerund", "negation_phrases",
-    "asides", "corrections", "tags",
+    "asides", "corrections", "hesitations", "tags",
 )  # fmt: skip
 _CLASSES: Final = ("colour", "size", "weight", "side", "material")
 

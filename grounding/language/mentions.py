@@ -46,16 +46,16 @@ def mentions(graph: Graph, x: str) -> list[Mention]:
     """
     found = lent([mention for each in conjuncts(graph, x) for mention in _of_one(graph, each)])
     taken_back = replaced(graph, x)
-    if taken_back is None or len(found) != 1:
+    lenders = [] if taken_back is None else mentions(graph, taken_back)
+    if not lenders or len(found) != 1:
         return found
-    return [with_noun_of(found[0], lender=mentions(graph, taken_back)[-1])]
+    return [with_noun_of(found[0], lender=lenders[-1])]
 
 
 def replaced(graph: Graph, x: str) -> str | None:
     """Return the noun node that a correction takes back; None where `x` is no correction."""
-    if graph.part(x) is Part.CONJUNCTION and graph.predicate(x).lemma == CORRECTION:
-        return graph.argument(x, "ARG1")
-    return None
+    correction = graph.part(x) is Part.CONJUNCTION and graph.predicate(x).lemma == CORRECTION
+    return graph.argument(x, "ARG1") if correction and graph.argument(x, "ARG2") else None
 
 
 def lent(mentions_in_order: Sequence[Mention]) -> list[Mention]:
@@ -75,7 +75,7 @@ def with_noun_of(one: Mention, *, lender: Mention) -> Mention:
     )
     if not bare and not (colour and one.words[-1] in classes):
         return one
-    if lender.reference is not Reference.NAMED or lender.words[-1] in classes:
+    if lender.reference is not Reference.NAMED or not lender.words or lender.words[-1] in classes:
         return one
     rest = lender.words[min(len(one.words), lender.noun_at) :]
     rest = tuple(word for word in rest if not _excluded(word, by=one.words))
@@ -103,8 +103,9 @@ def _of_one(graph: Graph, x: str) -> list[Mention]:
     head, reference = _head(graph, x)
     found = []
     for chosen in product(*(words for _, words in modifiers)):
-        before = tuple(word for words in chosen for word in words)
+        before = tuple(word for words in chosen for word in words if word)
         adjectives = sum(len(w) for (noun, _), w in zip(modifiers, chosen, strict=True) if not noun)
+        head = tuple(word for word in head if word)
         known = Reference.PRONOUN if reference is Reference.NOUN_MISSING and (
             not before and _is_demonstrative(graph, x)) else reference  # fmt: skip
         found.append(
@@ -177,9 +178,7 @@ def _text(graph: Graph, x: str) -> str:
 
 def _modifiers(graph: Graph, x: str) -> list[tuple[bool, list[Words]]]:
     """Return what stands before the noun: whether it is a noun itself, and its alternatives."""
-    end = graph.start(x)
-    ordered = sorted(_describing(graph, x), key=lambda found: (
-        graph.start(found[0]) > end, graph.start(found[0])))  # fmt: skip
+    ordered = _in_order(graph, x)
     result: list[tuple[bool, list[Words]]] = []
     for node_id, is_noun in ordered:
         words = _modifier_words(graph, node_id)
@@ -197,6 +196,19 @@ def _modifiers(graph: Graph, x: str) -> list[tuple[bool, list[Words]]]:
         else:
             result.append((is_noun, [words]))
     return result
+
+
+def _in_order(graph: Graph, x: str) -> list[tuple[str, bool]]:
+    """Return what describes a noun as it was spoken; from behind the noun it goes before it.
+
+    The nouns right before the head belong to it: "the lego brick that is clean" is clean first.
+    """
+    ordered = sorted(_describing(graph, x), key=lambda found: graph.start(found[0]))
+    before = [each for each in ordered if graph.start(each[0]) < graph.start(x)]
+    first = len(before)
+    while first and before[first - 1][1]:
+        first -= 1
+    return [*before[:first], *ordered[len(before) :], *before[first:]]
 
 
 def _before(ordered: Sequence[tuple[str, bool]], node_id: str) -> str:

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Final
 
 from grounding.language.drafts import Mention, Phrase
@@ -118,7 +119,7 @@ class _Explorer:
                 word = self.graph.predicate(parent).lemma
                 if word in ("or", "nor"):
                     raise ChoiceLeft
-                return [word] if word else []
+                return [word] if word == "and" else []
         return []
 
     def landmark(self, x: str) -> list[str | Mention]:
@@ -127,27 +128,28 @@ class _Explorer:
         if replaced(graph, x) is not None:
             return self._corrected(x)
         if graph.part(x) is Part.CONJUNCTION:
-            sides = [self.landmark(each) for each in graph.arguments(x)]
-            word = graph.predicate(x).lemma or "and"
-            if word in ("or", "nor"):
-                raise ChoiceLeft
-            if (
-                len(sides) == 2
-                and isinstance(sides[0][-1], Mention)
-                and isinstance(sides[1][0], Mention)
-            ):
-                sides[0][-1] = lent([sides[0][-1], sides[1][0]])[0]
-            for side, each in zip(sides[:-1], graph.arguments(x), strict=False):
-                side.extend(self._said_of(each))
-            return [*sides[0], *(part for side in sides[1:] for part in (word, *side))]
+            return self._conjoined(x)
         if graph.label(x) == "place_n":
             return self._place(x)
-        found = mentions(graph, x)
-        parts: list[str | Mention] = [found[0]]
-        for more in found[1:]:
-            parts.extend(("and", more))
+        parts: list[str | Mention] = []
+        for each in mentions(graph, x):
+            parts.extend(("and", each) if parts else (each,))
         whole = self._whole(x)
         return [*parts, "of", *self.landmark(whole)] if whole is not None else parts
+
+    def _conjoined(self, x: str) -> list[str | Mention]:
+        graph = self.graph
+        word = graph.predicate(x).lemma or "and"
+        if word in ("or", "nor"):
+            raise ChoiceLeft
+        found = [(each, self.landmark(each)) for each in graph.arguments(x)]
+        sides = [(each, side) for each, side in found if side]
+        for (_, side), (_, following) in pairwise(sides):
+            if isinstance(side[-1], Mention) and isinstance(following[0], Mention):
+                side[-1] = lent([side[-1], following[0]])[0]
+        for each, side in sides[:-1]:
+            side.extend((*self._said_of(each), word))
+        return [part for _, side in sides for part in side]
 
     def _said_of(self, x: str) -> list[str | Mention]:
         """Return the words that say where a landmark is."""
@@ -156,11 +158,12 @@ class _Explorer:
 
     def _corrected(self, x: str) -> list[str | Mention]:
         """Return the words of "the red block, no, the blue one": the last is meant."""
-        left, right = self.graph.arguments(x)
-        first, *rest = self.landmark(right)
-        if isinstance(first, Mention) and self.graph.part(left) is Part.NOUN:
-            first = with_noun_of(first, lender=mentions(self.graph, left)[-1])
-        return [first, *rest]
+        left, *_, right = self.graph.arguments(x)
+        parts = self.landmark(right)
+        lenders = mentions(self.graph, left) if self.graph.part(left) is Part.NOUN else []
+        if parts and isinstance(parts[0], Mention) and lenders:
+            return [with_noun_of(parts[0], lender=lenders[-1]), *parts[1:]]
+        return parts
 
     def _whole(self, x: str) -> str | None:
         """Return what a landmark is a side or part of."""

@@ -35,7 +35,7 @@ def recorded_reading(line: str, *, where: str) -> Recorded | None:
     todo = 'write one object {"sentence": ..., "eds_native": ...} a line'
     try:
         row = json.loads(line)
-        sentence, text = row["sentence"], row["eds_native"]
+        sentence, text = _field(row, "sentence"), _field(row, "eds_native")
         if not isinstance(sentence, str) or not isinstance(text, str):
             raise InputError("sentence and eds_native must be text", where=where, todo=todo)
         return Recorded(sentence=sentence, eds=native.decode(text))
@@ -43,3 +43,9 @@ def recorded_reading(line: str, *, where: str) -> Recorded | None:
         raise InputError("nested too deeply", where=where, todo=todo) from error
     except _UNREADABLE as error:
         raise InputError(f"no recorded EDS ({error})", where=where, todo=todo) from error
+
+
+def _field(row: object, name: str) -> object:
+    if not isinstance(row, dict) or name not in row:
+        raise ValueError(f"{name} is missing")
+    return row[name]

@@ -93,7 +93,8 @@ def _free_from_compound(nodes: Nodes, *, compound: Node) -> None:
             del nodes[node.id]
     edges = {**phrase.edges, "ARG1": noun}
     nodes[phrase.id] = _changed(phrase, predicate=f"_{word}+{wanted}_p", edges=edges)
-    del nodes[head], nodes[compound.id]
+    for gone in (head, compound.id):
+        nodes.pop(gone, None)
     _redirect(nodes, old=head, new=noun)
 
 
@@ -122,5 +123,5 @@ def _as_command(nodes: Nodes, *, fragment: Node, verbs: VerbTable) -> str | None
         properties={"SF": "comm"}, lnk=head.lnk,
     )  # fmt: skip
     nodes[particle.id] = _changed(particle, predicate=f"_{spoken}_p_state", edges={"ARG1": noun})
-    del nodes[fragment.id]
+    nodes.pop(fragment.id, None)
     return noun

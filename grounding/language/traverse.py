@@ -123,7 +123,9 @@ def _complete(
     if graph.quantifier(target.node) in _NONE:
         return refusal(Reason.NEGATED, verb=command.verb)
     targets = mentions(graph, target.node)
-    if any(one.words in (("me",), ("you",), ("us",)) for one in targets):
+    nameless = any(not one.words and one.reference is Reference.NAMED for one in targets)
+    persons = any(one.words in (("me",), ("you",), ("us",)) for one in targets)
+    if not targets or nameless or persons:
         return None
     units = units_of(
         graph, [command.event, *_nouns(graph, target.node)], skipped=events | target.used

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 if TYPE_CHECKING:
+    from grounding.errors import InputError
     from grounding.language.config import LanguageConfig
     from grounding.language.parser import Parser, ParseResult
 
@@ -32,10 +33,13 @@ def command(
 
     settings = _settings(config, backend=backend, server=server, verbs=verbs)
     parser = parser_for(settings)
-    lines = iter(sentences) if sentences else _lines()
-    results = _recorded(lines, parser) if backend == "eds" else map(parser.parse, lines)
+    lines = map(_unicode, sentences) if sentences else _lines()
+    unread: list[InputError] = []
+    results = _recorded(lines, parser, unread) if backend == "eds" else map(parser.parse, lines)
     for result in results:
         print(json.dumps(result_document(result)), flush=True)
+    if unread:
+        raise unread[0]
 
 
 def _settings(
@@ -63,16 +67,32 @@ def _pair(text: str) -> tuple[str, str]:
 
 def _lines() -> Iterator[str]:
     """Yield the lines of the standard input; bytes that are no UTF-8 are replaced."""
+    if sys.stdin is None:
+        raise click.UsageError("the standard input is closed; give the sentences as arguments")
     for line in sys.stdin.buffer:
         yield line.decode("utf-8", errors="replace").rstrip("\r\n")
 
 
-def _recorded(lines: Iterator[str], parser: "Parser") -> Iterator["ParseResult"]:
-    """Yield what recorded readings say, one JSON object a line."""
+def _unicode(argument: str) -> str:
+    """Return an argument of the shell; bytes that are no UTF-8 are replaced, as in a line."""
+    return argument.encode("utf-8", errors="surrogateescape").decode("utf-8", errors="replace")
+
+
+def _recorded(
+    lines: Iterator[str], parser: "Parser", unread: "list[InputError]"
+) -> Iterator["ParseResult"]:
+    """Yield what recorded readings say, one JSON object a line; collect why one is unread."""
+    from grounding.errors import InputError
+    from grounding.language.parser import ParseResult
     from grounding.language.recorded import recorded_reading
 
     for number, line in enumerate(lines, start=1):
-        recorded = recorded_reading(line, where=f"line {number}")
+        try:
+            recorded = recorded_reading(line, where=f"line {number}")
+        except InputError as error:
+            unread.append(error)
+            yield ParseResult(sentence=line, backend="eds", error=str(error), instructions=())
+            continue
         if recorded is None:
             yield parser.parse_reading(line, None)
         else:

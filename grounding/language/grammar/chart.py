@@ -58,7 +58,10 @@ class Chart:
         end = self.after_phrase(j, name="corrections")
         if end == j:
             return i
-        return max(self.after_correction(end), self.after_pauses(end))
+        while end > j:
+            j = self.after_pauses(end)
+            end = max(self.after_phrase(j, name=name) for name in ("corrections", "hesitations"))
+        return j
 
     def after_pauses(self, i: int) -> int:
         """Return where the pauses that start here end."""

@@ -114,8 +114,9 @@ def _may_call(token: Token) -> bool:
 
 def _commanding(chart: Chart, i: int, *, adverbs: tuple[Adverb, ...]) -> Found[Sentence]:
     """Yield the clauses that may command something, with phrases put to the front."""
-    for mood, subject, predicate, end in _moods(chart, i):
-        yield Clause(mood=mood, predicate=predicate, subject=subject, adverbs=adverbs), end
+    if chart.after_phrase(i, name="prepositions") == i:  # "close to the cup put it" closes nothing
+        for mood, subject, predicate, end in _moods(chart, i):
+            yield Clause(mood=mood, predicate=predicate, subject=subject, adverbs=adverbs), end
     for fronted, j in _fronted(chart, i):
         for mood, subject, predicate, end in _moods(chart, j):
             moved = _with_fronted(predicate, fronted=fronted)

@@ -46,7 +46,7 @@ def nominal_run(chart: Chart, i: int, *, opened: bool) -> list[int]:
             fixed
             or _describes_from_behind(chart, j, run=run)
             or (run and _opens_phrase(chart, j, before=run[-1]))
-            or (run and not opened and _runs_on(chart, j, before=run[-1]))
+            or (run and _runs_on(chart, j, before=run[-1], opened=opened))
         ):
             return run
         if is_nominal(chart, j, opened=opened or bool(run)):
@@ -69,18 +69,23 @@ def _describes_from_behind(chart: Chart, i: int, *, run: Sequence[int]) -> bool:
 
 
 def _opens_phrase(chart: Chart, i: int, *, before: int) -> bool:
-    """Whether a preposition of several words starts here: "next to", but not "top left of"."""
+    """Whether a preposition starts here: "next to", "near the", but not "top left of"."""
     if chart.after_phrase(i, name="prepositions") == i:
-        return False
+        following = chart.at(i + 1)
+        opens = following.is_a("determiners") or following.is_a("cardinals")
+        return chart.at(i).is_a("prepositions") and opens
     last = chart.at(before)
     return not (chart.at(i).is_a("directions") and (last.is_a("directions") or not last.noun))
 
 
-def _runs_on(chart: Chart, i: int, *, before: int) -> bool:
+def _runs_on(chart: Chart, i: int, *, before: int, opened: bool) -> bool:
     """Whether the next command starts here: "take blue block place on red block"."""
-    lemma = chart.at(i).verb(Form.BASE)
-    known = bool(lemma) and chart.verbs.entry(lemma) is not None
-    return known and bool(chart.at(before).noun) and chart.at(i + 1).is_a("prepositions")
+    lemma, following = chart.at(i).verb(Form.BASE), chart.at(i + 1)
+    if not lemma or chart.verbs.entry(lemma) is None or not chart.at(before).noun:
+        return False
+    takes_object = following.is_a("determiners") or following.is_a("cardinals")
+    takes_object = takes_object or following.text in ("it", "them")
+    return takes_object or (not opened and following.is_a("prepositions"))
 
 
 def is_nominal(chart: Chart, i: int, *, opened: bool) -> bool:

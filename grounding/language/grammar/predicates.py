@@ -290,7 +290,7 @@ def _being(chart: Chart, i: int) -> Found[Predicate]:
     denied = chart.at(i + 1).text == "not"
     adverbs, j = adverbs_at(chart, i + 1 + denied)
     start = j + (chart.at(j).text in _TO_AFTER_BE)
-    found = (*single_gerund(chart, j), *to_predicate(chart, start))
+    found = (*to_predicate(chart, start), *single_gerund(chart, j))
     for body, end in found:
         inner = with_adverbs(body, adverbs=adverbs)
         if denied:

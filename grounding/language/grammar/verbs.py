@@ -137,7 +137,7 @@ def _with_recipient(chart: Chart, i: int, *, gives: bool) -> Found[_Taken]:
     for recipient, j in simple_noun(chart, i):
         if _may_receive(chart, recipient, gives=gives):
             start = j + (chart.at(j).text == "back")
-            for taken, end in nominal(chart, start):
+            for taken, end in () if chart.at(start).is_a("prepositions") else nominal(chart, start):
                 if recipient.head.lemma in _BARE_OBJECT or _has_determiner(taken):
                     yield _Taken(object=taken, recipient=recipient), end
 

@@ -5,14 +5,9 @@ import pytest
 from grounding.language.backends.embedded import Embedded
 from grounding.language.parser import Parser
 from grounding.language.verbs import default_verbs
-from tests.plans import DATA, read_plans, written
+from tests.plans import all_plans, written
 
-PLANS = [
-    planned
-    for path in sorted(DATA.glob("*.txt"))
-    if path.stem == "plans" or path.stem.startswith("unseen_")
-    for planned in read_plans(path.name)
-]
+PLANS = all_plans()
 
 
 @pytest.fixture(scope="module")

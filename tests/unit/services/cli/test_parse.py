@@ -82,6 +82,22 @@ def test_what_is_no_recorded_reading_is_named_by_its_line(line):
         run("--backend", "eds", lines=line.encode())
 
 
+def test_a_line_that_cannot_be_read_costs_itself_only():
+    text = native.encode(Embedded(default_verbs()).readings("take the cup")[0])
+    good = json.dumps({"sentence": "take the cup", "eds_native": text, "more": 1})
+    done = CliRunner().invoke(command, ["--backend", "eds"], input=f"{good}\nno json\n{good}\n")
+    assert isinstance(done.exception, InputError)
+    assert "line 2" in str(done.exception)
+    rows = [json.loads(line) for line in done.stdout.splitlines()]
+    assert [row["sentence"] for row in rows] == ["take the cup", "no json", "take the cup"]
+    assert [row["error"] is None for row in rows] == [True, False, True]
+
+
+def test_an_argument_that_is_no_text_is_read_as_a_line_would_be():
+    _, (row,) = run("--backend", "embedded", "take the \udcff")
+    assert row["sentence"] == "take the \ufffd"
+
+
 def test_wrong_usage_and_missing_backends_are_told():
     assert run("--verb", "ponder", "x")[0] == 2
     with pytest.raises(ConfigError, match="no address"):
