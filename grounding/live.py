@@ -27,7 +27,7 @@ class LiveGrounding:
     parser: Parser
     config: GroundingConfig
     name: str
-    scale: str = "metric"
+    scale: str = "arbitrary"
     heading_rad: float = 0.0
     _said: list[Utterance] = field(default_factory=list)
     _fixations: dict[int, FixationObservation] = field(default_factory=dict)

@@ -2,6 +2,7 @@
 
 import csv
 import io
+import math
 from collections.abc import Sequence
 
 import cv2
@@ -53,6 +54,9 @@ def answer_classify(asked: bytes, model: SymbolModel) -> bytes:
     writer = csv.writer(buffer, lineterminator="\n")
     writer.writerow(_CLASSIFY_COLUMNS)
     for patch in decode_classify_request(asked):
+        if patch.mm_per_px is not None and not 0 < patch.mm_per_px < math.inf:
+            what = f"{patch.name!r}: a positive mm_per_px expected, got {patch.mm_per_px}"
+            raise InputError(what, where=Stream.CLASSIFY, todo="leave it out if it is not known")
         features = extract_features(_image_of(patch), mm_per_px=patch.mm_per_px)
         if not isinstance(features, PatchFeatures):
             writer.writerows((patch.name, group.name, "", "", 0) for group in model.groups)
@@ -75,7 +79,7 @@ def _image_of(patch: NamedPatch) -> ImageArray:
 
 
 def ground_now(
-    sentences: Sequence[str], parser: Parser, scene: PresentScene, *, session: str
+    sentences: Sequence[str], parser: Parser, scene: PresentScene, *, session: str, scale: str
 ) -> Document:
     """Return a plan of sentences as they mean something in the present scene."""
     grounded: list[GroundedInstruction] = []
@@ -89,5 +93,5 @@ def ground_now(
                 said_end_ns=None,
             )
             grounded.append(ground_sentence(spoken, scene))
-    plan = GroundedPlan(session=session, revision=1, scale="metric", instructions=tuple(grounded))
+    plan = GroundedPlan(session=session, revision=1, scale=scale, instructions=tuple(grounded))
     return plan.to_json()

@@ -139,5 +139,5 @@ def _replay_and_watch(
 
 
 def _is_finished(message: Message) -> bool:
-    status = decode_status(message.payload)
+    status = decode_status(message.payload, stream=message.stream)
     return message.stream is Stream.GROUNDING_STATUS and bool(status.figures.get(FINISHED))

@@ -10,6 +10,7 @@ from gazemap.errors import InputError
 from gazemap.geometry.camera import Camera
 from gazemap.geometry.pose import Overhead, Pose, World
 from gazemap.types.status import ServiceStatus
+from gazemap.types.tracking import Scale
 from gazemap.wire import images, mapping, rig
 from gazemap.wire.streams import Stream
 from grounding.discourse import Utterance
@@ -23,7 +24,7 @@ from services.answers import answer_classify, answer_parse, ground_now
 from services.bus.base import Bus, Inbox, Message
 from services.bus.zenoh import ZenohConfig
 from services.grounding_output import GroundingOutput
-from services.health import FINISHED, Health
+from services.health import FINISHED, IS_METRIC, Health
 from services.lessons import TargetLesson, VerbLesson, WordLesson, lesson_of
 from services.present import look_at, present_scene
 from services.translate import instance, observation
@@ -74,7 +75,7 @@ class GroundingService:
         self._lock = threading.RLock()
         self._grounded: SessionGrounding | None = None
         self._model = fit_symbols((), config.grounding.symbols)
-        self._is_stale = False
+        self._is_stale, self._is_over = False, False
         self._last_s = 0.0
         self._takers: dict[Stream, Callable[[bytes], None]] = {
             Stream.SESSION: self._take_session,
@@ -113,8 +114,15 @@ class GroundingService:
             if message is not None:
                 self.take(message)
             if self._is_stale and time.monotonic() - self._last_s >= self._config.period_s:
-                self.update(is_finished=False)
+                self._update_or_say_why()
             self._health.beat(self._figures)
+
+    def _update_or_say_why(self) -> None:
+        self._last_s = time.monotonic()
+        try:
+            self.update(is_finished=False)
+        except Exception as error:  # noqa: BLE001  a service's boundary
+            self._health.fail(error, what=Stream.PLAN)
 
     def _figures(self) -> dict[str, float]:
         return {"revision": float(self._output.revision)}
@@ -126,11 +134,14 @@ class GroundingService:
                 self._takers[message.stream](message.payload)
         except InputError as error:
             self._health.complain(str(error))
+        except Exception as error:  # noqa: BLE001  a service's boundary
+            self._health.fail(error, what=message.stream)
 
     def _take_session(self, payload: bytes) -> None:
         info = rig.decode_session(payload)
         self._live = self._begin(info.name, heading_rad=info.wearer_heading_rad)
         self._images.clear()
+        self._is_over = False
         self._output.restart()
         self._health.restart(info.name)
 
@@ -167,7 +178,11 @@ class GroundingService:
         self._images.add(payload)
 
     def _take_mapping_status(self, payload: bytes) -> None:
-        status: ServiceStatus = mapping.decode_status(payload)
+        status: ServiceStatus = mapping.decode_status(payload, stream=Stream.MAPPING_STATUS)
+        if IS_METRIC in status.figures:
+            self._live.scale = (
+                Scale.METRIC if status.figures[IS_METRIC] else Scale.ARBITRARY
+            ).value
         if status.figures.get(FINISHED):
             self.update(is_finished=True)
             self._health.finish(self._figures)
@@ -175,9 +190,10 @@ class GroundingService:
     def update(self, *, is_finished: bool) -> None:
         """Ground all there is; publish what has changed."""
         # Patches cost more than all the rest: live they are cut when a session is at its end.
-        view = self._view() if is_finished else None
+        self._is_over = self._is_over or is_finished
+        view = self._view() if self._is_over else None
         with self._lock:
-            grounded = self._live.ground(view, open_end=not is_finished)
+            grounded = self._live.ground(view, open_end=not self._is_over)
         self._grounded = grounded
         self._last_s, self._is_stale = time.monotonic(), False
         self._output.say_plan(grounded.plan)
@@ -203,7 +219,13 @@ class GroundingService:
                 view=self._view(),
                 heading_rad=self._live.heading_rad,
             )
-            document = ground_now(sentences, self._parser, scene, session=self._live.name)
+            document = ground_now(
+                sentences,
+                self._parser,
+                scene,
+                session=self._live.name,
+                scale=self._live.scale,
+            )
         return encode_ground_answer(document)
 
     def _answer_teach(self, asked: bytes) -> bytes:
@@ -214,6 +236,7 @@ class GroundingService:
                 case VerbLesson():
                     self._learn_verb(lesson)
                 case TargetLesson():
+                    self._check(lesson)
                     self._live.corrected(
                         lesson.instruction, object_id=lesson.object_id, is_meant=lesson.is_meant
                     )
@@ -221,6 +244,17 @@ class GroundingService:
                 case WordLesson():
                     self._learn_words(lesson)
         return encode_teach_answer({"learnt": True, "revision": self._output.revision})
+
+    def _check(self, lesson: TargetLesson) -> None:
+        count = 0 if self._grounded is None else len(self._grounded.plan.instructions)
+        ids = sorted(each.object_id for each in self._live.objects)
+        if not 0 <= lesson.instruction < count:
+            todo = f"name one of the {count} that were heard"
+            what = f"there is no instruction {lesson.instruction}"
+            raise InputError(what, where=Stream.TEACH, todo=todo)
+        if lesson.object_id not in ids:
+            todo = f"name one of: {', '.join(ids)}"
+            raise InputError(f"no object {lesson.object_id!r}", where=Stream.TEACH, todo=todo)
 
     def _learn_verb(self, lesson: VerbLesson) -> None:
         language = self._config.grounding.language
@@ -238,7 +272,7 @@ class GroundingService:
         for word in lesson.words:
             taught = teach(self._model, word, [features], group=lesson.group)
             if isinstance(taught, WhichGroup):
-                todo = f"add group: one of {', '.join(taught.groups)}, new"
+                todo = f"add group: one of {', '.join(dict.fromkeys([*taught.groups, NEW_GROUP]))}"
                 raise InputError(f"what does {word!r} describe?", where=Stream.TEACH, todo=todo)
             self._model = taught.model
         self._output.say_symbols(self._model)

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 
+from gazemap.errors import InputError
 from gazemap.wire.streams import Stream
 from services.bus.base import Bus
 
@@ -17,7 +18,13 @@ class LatestMessages:
             bus.answer(stream, self._answer(stream))
 
     def _answer(self, stream: Stream) -> Callable[[bytes], bytes]:
-        return lambda _asked: self._payloads.get(stream, b"")
+        def answer(_asked: bytes) -> bytes:
+            if stream not in self._payloads:
+                todo = "ask again once the session has led to one"
+                raise InputError("no message yet", where=stream, todo=todo)
+            return self._payloads[stream]
+
+        return answer
 
     def publish(self, stream: Stream, payload: bytes) -> None:
         """Publish a message and keep it for queries."""

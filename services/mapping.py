@@ -5,21 +5,24 @@ import time
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Final
 
 import numpy as np
 
 from gazemap.calibration import load_rig
-from gazemap.errors import InputError
+from gazemap.errors import GazemapError, InputError
 from gazemap.geometry.camera import Camera
 from gazemap.live import LiveMapping, LiveMappingConfig, LiveRig, News, warm_up
-from gazemap.types.session import TagLayout
+from gazemap.types.tracking import Scale
 from gazemap.wire import images, rig
 from gazemap.wire.streams import Stream
 from services.bus.base import Bus, Inbox, Message
 from services.bus.zenoh import ZenohConfig
-from services.health import Health
+from services.gate import ImageGate
+from services.health import IS_METRIC, Health
+from services.introduction import INTRODUCTION, Introduction
 from services.mapping_output import MappingOutput
 from services.replayer import RECORDING_END
 
@@ -28,6 +31,7 @@ _WAIT_S: Final = 0.2
 # A rig says how it is built when it begins; what is not said by then it does not have.
 _INTRODUCTION_S: Final = 1.0
 _EARLY_COUNT: Final = 2000
+_GAZE_LIMIT_NS: Final = 60_000_000_000
 _NEEDS_MAPPING: Final = frozenset(
     {
         Stream.HEAD_IMAGE,
@@ -69,23 +73,19 @@ class MappingService:
         self._health = Health(bus, service=NAME, stream=Stream.MAPPING_STATUS)
         self._output = MappingOutput(bus, self._health)
         self._mapping: LiveMapping | None = None
-        self._head: Camera | None = None
-        self._overhead: Camera | None = None
-        self._layout: TagLayout | None = None
-        if config.calibration is not None:
-            known = load_rig(config.calibration)
-            self._head, self._overhead = known.head_camera, known.overhead_camera
-            self._layout = known.layout
+        known = None if config.calibration is None else load_rig(config.calibration)
+        self._rig = Introduction(known)
         self._takers: dict[Stream, Callable[[bytes], None]] = {
             Stream.SESSION: self._take_session,
-            Stream.TAGS: self._take_tags,
-            Stream.HEAD_CALIBRATION: self._take_head_calibration,
-            Stream.OVERHEAD_CALIBRATION: self._take_overhead_calibration,
+            **{stream: partial(self._take_introduction, stream) for stream in INTRODUCTION},
             Stream.HEAD_IMAGE: self._take_head_image,
             Stream.OVERHEAD_IMAGE: self._take_overhead_image,
             Stream.GAZE: self._take_gaze,
             Stream.DEVICE_FIXATION: self._take_device_fixation,
             Stream.EVENT: self._take_event,
+        }
+        self._gates = {
+            stream: ImageGate(stream) for stream in (Stream.HEAD_IMAGE, Stream.OVERHEAD_IMAGE)
         }
         self._has_device_fixations = False
         self._early: deque[Message] = deque(maxlen=_EARLY_COUNT)
@@ -118,33 +118,41 @@ class MappingService:
             self._takers[message.stream](message.payload)
         except InputError as error:
             self._health.complain(str(error))
+        except Exception as error:  # noqa: BLE001  a service's boundary
+            # Nothing tells what state the map is in: the next images begin another.
+            self._health.fail(error, what=message.stream)
+            self._forget()
 
     def _forget(self) -> None:
         if self._mapping is not None:
             self._mapping.close()
         self._mapping = None
+        for gate in self._gates.values():
+            gate.reset()
 
     def _take_session(self, payload: bytes) -> None:
         info = rig.decode_session(payload)
         self._forget()
+        self._rig.begin_session()
         self._has_session = True
         self._has_device_fixations = info.has_device_fixations
         self._health.restart(info.name)
 
-    def _take_tags(self, payload: bytes) -> None:
-        self._layout = rig.decode_tags(payload)
-
-    def _take_head_calibration(self, payload: bytes) -> None:
-        self._head = images.decode_calibration(payload, stream=Stream.HEAD_CALIBRATION)
-
-    def _take_overhead_calibration(self, payload: bytes) -> None:
-        self._overhead = images.decode_calibration(payload, stream=Stream.OVERHEAD_CALIBRATION)
+    def _take_introduction(self, stream: Stream, payload: bytes) -> None:
+        if self._rig.hear(stream, payload):
+            # A map that was begun with another camera or other tags is of no use.
+            self._forget()
 
     def _take_head_image(self, payload: bytes) -> None:
         frame = images.decode_image(payload, stream=Stream.HEAD_IMAGE)
+        if self._mapping is None or self._rig.head is None:
+            return
+        if not self._gates[Stream.HEAD_IMAGE].check(frame, self._rig.head):
+            # Poses of one map are in one time: the next image begins another.
+            self._forget()
+            return
         self._health.reached(frame.t_ns)
-        if self._mapping is not None:
-            self._publish(self._mapping.head_frame(frame))
+        self._publish(self._mapping.head_frame(frame))
 
     def _begin_if_introduced(self) -> None:
         """Start to map once the rig is known; what came before is then taken in its order.
@@ -156,36 +164,49 @@ class MappingService:
         now_s = time.monotonic()
         if self._introduced_s is None:
             self._introduced_s = now_s
-        is_complete = self._layout is not None and self._overhead is not None
+        is_complete = self._rig.layout is not None and self._rig.overhead is not None
         if not (is_complete and self._has_session) and now_s - self._introduced_s < _INTRODUCTION_S:
             return
-        if self._head is None:
+        if self._rig.head is None:
             self._health.complain("head/calibration: none yet; publish it, or name a calibration")
             return
-        self._begin(self._head)
+        try:
+            self._begin(self._rig.head)
+        except GazemapError as error:
+            self._health.complain(str(error))
+        except Exception as error:  # noqa: BLE001  a service's boundary
+            self._health.fail(error, what="the beginning of a map")
 
     def _begin(self, head: Camera) -> None:
-        known = LiveRig(head_camera=head, overhead_camera=self._overhead, layout=self._layout)
-        rng = np.random.default_rng(self._config.seed)
-        self._mapping = LiveMapping(known, self._config.live, rng=rng)
         early, self._introduced_s = tuple(self._early), None
         self._early.clear()
+        known = LiveRig(
+            head_camera=head, overhead_camera=self._rig.overhead, layout=self._rig.layout
+        )
+        rng = np.random.default_rng(self._config.seed)
+        self._mapping = LiveMapping(known, self._config.live, rng=rng)
         for message in early:
             self.take(message)
 
     def _take_overhead_image(self, payload: bytes) -> None:
-        if self._mapping is not None:
+        if self._mapping is not None and self._rig.overhead is not None:
             frame = images.decode_image(payload, stream=Stream.OVERHEAD_IMAGE)
-            self._publish(self._mapping.overhead_frame(frame))
+            if self._gates[Stream.OVERHEAD_IMAGE].check(frame, self._rig.overhead):
+                self._publish(self._mapping.overhead_frame(frame))
 
     def _take_gaze(self, payload: bytes) -> None:
         if self._mapping is not None and not self._has_device_fixations:
-            self._mapping.gaze(rig.decode_gaze(payload))
+            sample = rig.decode_gaze(payload)
+            if abs(sample.t_ns - self._health.t_ns) > _GAZE_LIMIT_NS and self._health.t_ns:
+                todo = "put cameras and eye tracker on one clock"
+                raise InputError("far from the images' time", where=Stream.GAZE, todo=todo)
+            self._mapping.gaze(sample)
 
     def _take_device_fixation(self, payload: bytes) -> None:
+        fixation = rig.decode_device_fixation(payload)
         self._has_device_fixations = True
         if self._mapping is not None:
-            self._mapping.device_fixation(rig.decode_device_fixation(payload))
+            self._mapping.device_fixation(fixation)
 
     def _take_event(self, payload: bytes) -> None:
         if rig.decode_event(payload).name == RECORDING_END and self._mapping is not None:
@@ -205,6 +226,7 @@ class MappingService:
         return {
             **dropped,
             "map_id": float(self._mapping.tracker.map_id),
+            IS_METRIC: float(self._mapping.tracker.scale is Scale.METRIC),
             "gaze_offset_azimuth_deg": float(np.degrees(offset.azimuth_rad)),
             "gaze_offset_elevation_deg": float(np.degrees(offset.elevation_rad)),
         }

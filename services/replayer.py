@@ -1,9 +1,10 @@
 """Publishes a recording as a rig would: every message at its time."""
 
+import logging
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
-from gazemap.errors import ConfigError
+from gazemap.errors import ConfigError, InputError
 from gazemap.ports import Progress
 from gazemap.session.frames import FrameSource, ImageFiles
 from gazemap.session.mcap_frames import McapImages
@@ -14,7 +15,7 @@ from gazemap.wire import images, rig
 from gazemap.wire.images import ImageFormat
 from gazemap.wire.mapping import decode_status
 from gazemap.wire.streams import Stream
-from services.bus.base import Bus, Inbox
+from services.bus.base import Bus, Inbox, Message
 from services.bus.zenoh import ZenohConfig
 from services.clock import Clock
 
@@ -24,6 +25,7 @@ _MS = 1_000_000
 _PACE_POLL_S = 0.05
 # A service that says nothing for so long is not waited for.
 _SILENCE_S = 20.0
+_log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -127,10 +129,19 @@ class Pace:
             message = self._inbox.get(timeout_s=_PACE_POLL_S)
             if message is not None:
                 heard_s = clock.now_s()
-                self._reached_ns = max(self._reached_ns, decode_status(message.payload).t_ns)
+                self._reached_ns = max(self._reached_ns, _told_ns(message))
             elif clock.now_s() - heard_s > _SILENCE_S or not clock.wait_until(clock.now_s()):
                 break
         return clock.now_s() - began_s
+
+
+def _told_ns(message: Message) -> int:
+    """Return how far the service says it has come; nowhere, in a message that is none of its."""
+    try:
+        return decode_status(message.payload, stream=message.stream).t_ns
+    except InputError as error:
+        _log.warning("%s", error)
+        return 0
 
 
 def wait_for_services(bus: Bus, *, config: ReplayConfig, clock: Clock) -> frozenset[str]:

@@ -280,12 +280,12 @@ def encode_status(status: ServiceStatus) -> bytes:
     ).SerializeToString()
 
 
-def decode_status(payload: bytes) -> ServiceStatus:
+def decode_status(payload: bytes, *, stream: str = "status") -> ServiceStatus:
     """Read a message of `mapping/status` or `grounding/status`."""
-    message = parse(pb.ServiceStatus(), payload, stream="status")
+    message = parse(pb.ServiceStatus(), payload, stream=stream)
     level = next((kind for kind, number in _LEVELS.items() if number == message.level), None)
     if level is None:
-        raise _unknown(message.level, "level", "status")
+        raise _unknown(message.level, "level", stream)
     return ServiceStatus(
         service=message.service,
         t_ns=message.t_ns,

@@ -19,8 +19,9 @@ from typing import Any, Final, Self
 import zenoh
 from zenoh import ext
 
-from gazemap.errors import InputError
+from gazemap.errors import GazemapError, InputError
 from gazemap.wire.schemas import SCHEMAS
+from grounding.errors import GroundingError
 from services.bus.base import Answer, Inbox, Message
 from services.bus.keys import LOSSY, Stream, alive_key, key
 
@@ -177,6 +178,9 @@ def _answer_all(asked: "queue.SimpleQueue[zenoh.Query | None]", handler: Answer,
             payload = b"" if query.payload is None else query.payload.to_bytes()
             try:
                 query.reply(name, handler(payload))
+            except (GazemapError, GroundingError) as error:
+                _log.warning("query on %s: %s", name, error)
+                query.reply_err(str(error).encode())
             except Exception as error:  # noqa: BLE001  a service's boundary
                 _log.exception("query on %s failed", name)
                 query.reply_err(str(error).encode())

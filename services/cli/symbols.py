@@ -63,7 +63,9 @@ def fit(
 @click.argument("model", type=_FILE)
 @click.argument("images", nargs=-1, type=_FILE)
 @click.option("--list", "listing", type=_FILE, help="A csv file with image[,mm_per_px].")
-@click.option("--mm-per-px", type=float, help="Metric scale of IMAGES.")
+@click.option(
+    "--mm-per-px", type=click.FloatRange(min=0, min_open=True), help="Metric scale of IMAGES."
+)
 @click.option("--out", type=_FILE, help="Where to write the rows; standard output without it.")
 @click.option("--embedding", type=_FILE, help="An ONNX image embedding to measure patches with.")
 def classify(

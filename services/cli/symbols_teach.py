@@ -19,7 +19,9 @@ _FILE = click.Path(path_type=Path, dir_okay=False)
 @click.argument("word", required=False)
 @click.argument("images", nargs=-1, type=_FILE)
 @click.option("--list", "listing", type=_FILE, help="A csv file with image[,mm_per_px].")
-@click.option("--mm-per-px", type=float, help="Metric scale of the images.")
+@click.option(
+    "--mm-per-px", type=click.FloatRange(min=0, min_open=True), help="Metric scale of the images."
+)
 @click.option("--embedding", type=_FILE, help="An ONNX image embedding to measure patches with.")
 @click.option("--group", help="What a new word describes; `new` for a name of one thing.")
 @click.option("--same-as", help="WORD is another name for this word.")

@@ -84,7 +84,7 @@ class ProcessLink:
             except queue.Empty:
                 waited_s += 1.0
                 if not self._process.is_alive():
-                    break
+                    raise SolverError("mapping: its process has died") from None
         raise SolverError(f"mapping: no reply within {timeout_s:.0f} s")
 
 

@@ -156,7 +156,9 @@ def test_a_session_that_ends_is_learnt_from_and_said_to_be_finished(exchange, se
     while (message := inbox.get(timeout_s=0.0)) is not None:
         said[message.stream] = message.payload
     assert set(wire.decode_symbols(said[Stream.SYMBOLS]).symbols["symbols"]) == {"red", "cube"}
-    assert mapping.decode_status(said[Stream.GROUNDING_STATUS]).figures["finished"] == 1.0
+    assert (
+        mapping.decode_status(said[Stream.GROUNDING_STATUS], stream="s").figures["finished"] == 1.0
+    )
 
 
 def test_a_broken_message_is_named_in_the_status_and_stops_nothing(exchange, service):
@@ -236,3 +238,47 @@ def test_patches_are_classified_as_the_command_writes_them(exchange, service):
     rows = queries.decode_classify_answer(ask(exchange, Stream.CLASSIFY, request)).splitlines()
     assert rows[0] == "image,group,symbol,score,known"
     assert all(row.startswith("a.png,") for row in rows[1:])
+
+
+def test_the_plan_says_the_scale_that_mapping_has(exchange, service):
+    service.update(is_finished=False)
+    assert latest_plan(exchange)["scale"] == "arbitrary"
+    status = ServiceStatus(
+        service="mapping", t_ns=T0_NS, level=Level.OK, figures={"is_metric": 1.0}
+    )
+    MemoryBus(exchange).publish(Stream.MAPPING_STATUS, mapping.encode_status(status))
+    drain(service)
+    service.update(is_finished=False)
+    assert latest_plan(exchange)["scale"] == "metric"
+
+
+@pytest.mark.parametrize(
+    "lesson",
+    [
+        {"instruction": 99, "object": "object-1", "is_meant": True},
+        {"instruction": -1, "object": "object-1", "is_meant": True},
+        {"instruction": 0, "object": "object-99", "is_meant": True},
+    ],
+)
+def test_a_lesson_about_what_is_not_there_is_not_said_to_be_learnt(exchange, service, lesson):
+    service.update(is_finished=False)
+    assert ask(exchange, Stream.TEACH, queries.encode_teach_request(lesson)) is None
+
+
+@pytest.mark.parametrize("mm_per_px", [float("nan"), -1.0, 0.0])
+def test_a_scale_that_is_none_is_refused(exchange, service, mm_per_px):
+    finish(exchange, service)
+    _, coded = cv2.imencode(".png", overhead_image(0).image[100:220, 150:270])
+    patch = queries.NamedPatch(name="a.png", image=coded.tobytes(), mm_per_px=mm_per_px)
+    request = queries.encode_classify_request((patch,))
+    assert ask(exchange, Stream.CLASSIFY, request) is None
+
+
+def test_a_question_after_the_end_leaves_the_plan_as_it_is(exchange, service):
+    finish(exchange, service)
+    before = latest_plan(exchange)
+    assert before["instructions"][0]["patches"]
+    nothing = queries.encode_ground_request(queries.GroundRequest())
+    answered = queries.decode_ground_answer(ask(exchange, Stream.GROUND, nothing))
+    assert answered == before
+    assert latest_plan(exchange) == before

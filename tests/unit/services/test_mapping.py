@@ -8,7 +8,7 @@ from gazemap.geometry.pose import Pose
 from gazemap.live import LiveMappingConfig
 from gazemap.slam.live.config import LiveConfig
 from gazemap.types.frame import Frame
-from gazemap.types.session import LayoutTag, TagLayout
+from gazemap.types.session import GazeSample, LayoutTag, TagLayout
 from gazemap.types.status import Level
 from gazemap.wire import images, rig
 from gazemap.wire.images import ImageFormat
@@ -36,7 +36,11 @@ INTRODUCTION = {
 
 def head_image(k):
     grey = np.random.default_rng(k).integers(0, 255, (240, 320), dtype=np.uint8)
-    frame = Frame(index=k, t_ns=k * 33_000_000, image=grey)
+    return image_of(grey, t_ns=k * 33_000_000)
+
+
+def image_of(grey, *, t_ns):
+    frame = Frame(index=0, t_ns=t_ns, image=grey)
     return images.encode_image(frame, frame_id="head", image_format=ImageFormat.PNG)
 
 
@@ -83,3 +87,72 @@ def test_a_broken_message_is_named_and_stops_nothing(exchange, service):
     drain(service)
     assert service._health.level is Level.WARNING
     assert service._mapping is not None
+
+
+def publish_all(exchange, messages):
+    bus = MemoryBus(exchange)
+    for stream, payload in messages:
+        bus.publish(stream, payload)
+
+
+def complaints(service):
+    return " | ".join(service._health._complaints)
+
+
+@pytest.mark.parametrize(
+    ("stream", "payload", "said"),
+    [
+        (
+            Stream.HEAD_IMAGE,
+            image_of(np.zeros((90, 120), np.uint8), t_ns=99_000_000),
+            "head/image: an image of 120x90 pixels, 320x240 expected",
+        ),
+        (Stream.HEAD_IMAGE, head_image(0), "head/image: an image that is not after the one before"),
+        (
+            Stream.TAGS,
+            rig.encode_tags(TagLayout(family="tag99", tags=())),
+            "tags: 0 tags of family 'tag99'; send at least one tag of",
+        ),
+        (
+            Stream.GAZE,
+            rig.encode_gaze(GazeSample(t_ns=2**62, u_px=1.0, v_px=1.0, worn=True, blink=False)),
+            "gaze: far from the images' time",
+        ),
+    ],
+)
+def test_an_alien_message_is_one_line_and_the_map_goes_on(exchange, service, stream, payload, said):
+    publish_all(exchange, [*INTRODUCTION.items(), (Stream.HEAD_IMAGE, head_image(1))])
+    drain(service)
+    mapping = service._mapping
+    assert mapping is not None
+    publish_all(exchange, [(stream, payload), (Stream.HEAD_IMAGE, head_image(4))])
+    drain(service)
+    assert said in complaints(service)
+    assert service._mapping is mapping
+    assert service._health.t_ns == 4 * 33_000_000
+
+
+def test_a_clock_that_was_set_back_begins_another_map(exchange, service):
+    publish_all(exchange, [*INTRODUCTION.items(), (Stream.HEAD_IMAGE, head_image(10**6))])
+    drain(service)
+    publish_all(exchange, [(Stream.HEAD_IMAGE, head_image(k)) for k in range(30)])
+    drain(service)
+    assert service._health.t_ns == 29 * 33_000_000
+
+
+def test_a_garbled_device_fixation_does_not_silence_the_gaze(exchange, service):
+    publish_all(exchange, [*INTRODUCTION.items(), (Stream.HEAD_IMAGE, head_image(1))])
+    publish_all(exchange, [(Stream.DEVICE_FIXATION, b"\xff\xff")])
+    drain(service)
+    assert not service._has_device_fixations
+
+
+def test_what_nobody_foresaw_is_told_and_the_next_images_begin_another_map(exchange, service):
+    publish_all(exchange, [*INTRODUCTION.items(), (Stream.HEAD_IMAGE, head_image(1))])
+    drain(service)
+    service._mapping.head_frame = lambda _: 1 / 0
+    publish_all(exchange, [(Stream.HEAD_IMAGE, head_image(k)) for k in (2, 3)])
+    drain(service)
+    assert service._health.level is Level.ERROR
+    assert "head/image: unexpected ZeroDivisionError" in complaints(service)
+    assert service._health.t_ns == 3 * 33_000_000

@@ -3,7 +3,9 @@ import pytest
 
 from gazemap.errors import ConfigError
 from gazemap.session import open_session
+from gazemap.types.status import Level, ServiceStatus
 from gazemap.wire import images, rig
+from gazemap.wire.mapping import encode_status
 from services.bus.base import Inbox
 from services.bus.keys import Stream
 from services.bus.memory import Exchange, MemoryBus
@@ -119,6 +121,15 @@ def test_services_are_waited_for():
     assert 105 < clock.time_s < 106
     MemoryBus(exchange).announce("mapping")
     assert wait_for_services(bus, config=config, clock=clock) == frozenset()
+
+
+def test_a_status_that_is_none_holds_up_no_replay(writer):
+    bus, clock = MemoryBus(Exchange()), FakeClock()
+    told = ServiceStatus(service="mapping", t_ns=2**62, level=Level.OK)
+    for payload in (b"\xff no protobuf", encode_status(told)):
+        bus.publish(Stream.MAPPING_STATUS, payload)
+    config = ReplayConfig(max_lead_s=0.1)
+    assert replay(open_session(writer.path), bus, config=config, clock=clock).is_whole
 
 
 @pytest.mark.parametrize("changes", [{"rate": 0.0}, {"jpeg_quality": 0}])
