@@ -272,7 +272,7 @@ class GroundingService:
         for word in lesson.words:
             taught = teach(self._model, word, [features], group=lesson.group)
             if isinstance(taught, WhichGroup):
-                todo = f"add group: one of {', '.join(dict.fromkeys([*taught.groups, NEW_GROUP]))}"
+                todo = f"add group: one of {', '.join(taught.groups)}"
                 raise InputError(f"what does {word!r} describe?", where=Stream.TEACH, todo=todo)
             self._model = taught.model
         self._output.say_symbols(self._model)

@@ -79,7 +79,7 @@ def _learnt(model: "SymbolModel", word: str, options: dict[str, object]) -> "Sym
         raise InputError(
             f"the examples do not tell what {word!r} describes",
             where="teach",
-            todo=f"add --group with one of: {', '.join(taught.groups)}, new",
+            todo=f"add --group with one of: {', '.join(taught.groups)}",
         )
     return taught.model
 
