@@ -24,7 +24,7 @@ from gazemap.types.fixation import Fixation3D
 from gazemap.types.frame import Frame
 from gazemap.types.map import MapEvent
 from gazemap.types.scene import SceneModel, SceneObject
-from gazemap.types.session import Fixation, GazeSample, TagLayout
+from gazemap.types.session import Fixation, GazeSample, ImuSample, TagLayout
 from gazemap.types.tracking import Scale, Tracked, TrackingOutcome
 
 _OVERHEAD_IMAGES: Final = 5
@@ -150,6 +150,10 @@ class LiveMapping:
             return News(T_world_overhead=self._locate_overhead(frame))
         changed = self._objects.add(frame)
         return News(objects=tuple(changed), fixations=tuple(self._correct(changed, ())))
+
+    def inertial(self, sample: ImuSample) -> None:
+        """Take in a sample of the IMU that is fixed to the head camera."""
+        self._tracker.inertial(sample)
 
     def gaze(self, sample: GazeSample) -> None:
         """Take in a gaze sample of a device that detects no fixations itself."""

@@ -83,6 +83,7 @@ class MappingService:
             Stream.GAZE: self._take_gaze,
             Stream.DEVICE_FIXATION: self._take_device_fixation,
             Stream.EVENT: self._take_event,
+            Stream.IMU: self._take_imu,
         }
         self._gates = {
             stream: ImageGate(stream) for stream in (Stream.HEAD_IMAGE, Stream.OVERHEAD_IMAGE)
@@ -207,6 +208,10 @@ class MappingService:
         self._has_device_fixations = True
         if self._mapping is not None:
             self._mapping.device_fixation(fixation)
+
+    def _take_imu(self, payload: bytes) -> None:
+        if self._mapping is not None:
+            self._mapping.inertial(rig.decode_imu(payload))
 
     def _take_event(self, payload: bytes) -> None:
         if rig.decode_event(payload).name == RECORDING_END and self._mapping is not None:

@@ -3,9 +3,11 @@
 from pathlib import Path
 
 import numpy as np
+import yaml
 
 from gazemap.errors import InputError
 from gazemap.geometry.pose import Pose, Tag, World
+from gazemap.session.atomic import whole_file
 from gazemap.session.documents import Document, numbers, read_yaml
 from gazemap.types.session import LayoutTag, TagLayout
 
@@ -39,6 +41,22 @@ def read_tags(path: Path) -> TagLayout:
     if len({tag.tag_id for tag in tags}) < len(tags):
         raise InputError("an id is used twice", where=path, todo="give each tag its own id")
     return TagLayout(family=family, tags=tags)
+
+
+def write_tags(layout: TagLayout, path: Path) -> None:
+    """Write a layout as `read_tags` reads it, whole or not at all."""
+    entries = [
+        {
+            "id": tag.tag_id,
+            "size": round(tag.size_m, 6),
+            "position": [round(float(x), 6) for x in tag.T_world_tag.t],
+            "orientation": [round(float(x), 9) for x in tag.T_world_tag.quat_xyzw],
+        }
+        for tag in sorted(layout.tags, key=lambda tag: tag.tag_id)
+    ]
+    document = {"family": layout.family, "frame": "world", "tags": entries}
+    with whole_file(path) as partial:
+        partial.write_text(yaml.safe_dump(document, sort_keys=False), encoding="utf-8")
 
 
 def _tag(entry: object, where: str, family: str) -> LayoutTag:

@@ -60,6 +60,8 @@ class SlamConfig:
         final_cauchy_px: scale of the robust loss on aligned patches.
         min_inliers: a pose from fewer points is none.
         min_parallax_deg: a point is triangulated from rays at least this far apart.
+        tag_family: of tags that no layout names.
+        tag_size_m: the side of their black square, which gives the scale where nothing else does.
         memory_bytes: grey frames beyond this are decoded again instead of being kept.
     """
 
@@ -73,4 +75,6 @@ class SlamConfig:
     final_cauchy_px: float = 0.25
     min_inliers: int = 15
     min_parallax_deg: float = 1.5
+    tag_family: str = "tag36h11"
+    tag_size_m: float | None = None
     memory_bytes: int = 500_000_000

@@ -11,17 +11,16 @@ from gazemap.geometry.pose import Cam, Pose, World
 from gazemap.ports import Progress, Session
 from gazemap.slam.bootstrap import bootstrap
 from gazemap.slam.config import SlamConfig
-from gazemap.slam.depth_scale import scale_from_depth
 from gazemap.slam.frame_path import FramePath
 from gazemap.slam.framewise import pose_frames_by_corners
 from gazemap.slam.front import FollowedCorners, Skeleton, build_skeleton, follow_corners
 from gazemap.slam.growth import grow
 from gazemap.slam.join import join
 from gazemap.slam.loops import close_all_loops
+from gazemap.slam.placement import Placement, PosedMap, place
 from gazemap.slam.refinement import RefinedMap, refine
 from gazemap.slam.tag_alignment import Map
 from gazemap.slam.video import GreyVideo
-from gazemap.slam.world import align_by_tags, level
 from gazemap.types.slam import SlamResult, SparseMap
 from gazemap.types.tracking import Lost, LostReason, Scale, Tracked, TrackingOutcome, Trajectory
 
@@ -64,20 +63,13 @@ def map_session(
     warnings = []
     if camera.readout_s is not None and session.scene_camera.readout_s is None:
         warnings.append(f"read-out time unknown: estimated as {camera.readout_s * 1e3:.1f} ms")
-    layout = session.data.tags if use_tags else None
-    S_world_map = None
-    if layout is not None:
-        S_world_map = align_by_tags(video, camera, path=path, frames=skeleton.frames, layout=layout)
-    if S_world_map is None:
-        S_world_map = _level_metric(session, path=path, refined=refined)
-        if layout is not None:
-            warnings.append("the tags of the layout were not seen well enough to set the world")
+    posed = PosedMap(video=video, camera=camera, path=path, frames=skeleton.frames, refined=refined)
+    placement = place(session, posed, config=config, use_tags=use_tags)
     estimate = _Estimate(
         camera=camera, followed=followed, skeleton=skeleton, path=path, refined=refined,
-        S_world_map=S_world_map or level(path),
-        scale=Scale.ARBITRARY if S_world_map is None else Scale.METRIC,
+        placement=placement,
     )  # fmt: skip
-    return _result(estimate, tuple(warnings))
+    return _result(estimate, (*warnings, *placement.warnings))
 
 
 def _grow_whole(skeleton: Skeleton, video: GreyVideo, config: SlamConfig) -> None:
@@ -91,20 +83,6 @@ def _grow_whole(skeleton: Skeleton, video: GreyVideo, config: SlamConfig) -> Non
         grow(skeleton.structure, config)
 
 
-def _level_metric(
-    session: Session, *, path: FramePath, refined: RefinedMap
-) -> Similarity[World, Map] | None:
-    """Return a level world in metres; None where no depth image tells them."""
-    metres = scale_from_depth(
-        session.scene_depth_frames(), path=path, found=refined.found,
-        points_map=refined.points_map, is_good=refined.is_good,
-    )  # fmt: skip
-    if metres is None:
-        return None
-    S = level(path)
-    return Similarity(scale=metres, R=S.R, t=metres * S.t)
-
-
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Estimate:
     camera: Camera
@@ -112,19 +90,23 @@ class _Estimate:
     skeleton: Skeleton
     path: FramePath
     refined: RefinedMap
-    S_world_map: Similarity[World, Map]
-    scale: Scale
+    placement: Placement
+
+    @property
+    def S_world_map(self) -> Similarity[World, Map]:
+        return self.placement.S_world_map
 
 
 def _result(estimate: _Estimate, warnings: tuple[str, ...]) -> SlamResult:
     outcomes = _outcomes(estimate)
     tracked = [each for each in outcomes if isinstance(each, Tracked)]
     return SlamResult(
-        trajectory=Trajectory.from_outcomes(tracked, scale=estimate.scale),
+        trajectory=Trajectory.from_outcomes(tracked, scale=estimate.placement.scale),
         outcomes=outcomes,
         map=_sparse_map(estimate),
         camera=estimate.camera,
         warnings=warnings,
+        surveyed_tags=estimate.placement.surveyed_tags,
     )
 
 

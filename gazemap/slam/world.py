@@ -15,11 +15,11 @@ from gazemap.types.session import TagLayout
 _TAG_FRAMES = 48
 
 
-def align_by_tags(
-    video: GreyVideo, camera: Camera, *, path: FramePath, frames: IntArray, layout: TagLayout
-) -> Similarity[World, Map] | None:
-    """Return the similarity into the tags' world from the tags seen in some posed frames (K,)."""
-    detector = TagDetector(family=layout.family, camera=camera)
+def find_tags(
+    video: GreyVideo, camera: Camera, *, path: FramePath, frames: IntArray, family: str
+) -> list[tuple[int, TagSighting]]:
+    """Return the tags seen in some posed frames (K,), with the number of each frame."""
+    detector = TagDetector(family=family, camera=camera)
     posed = frames[path.is_posed[frames]]
     spread = np.linspace(0, len(posed) - 1, min(len(posed), _TAG_FRAMES)).astype(int)
     wanted = set(posed[spread].tolist())
@@ -31,6 +31,17 @@ def align_by_tags(
                 (index, TagSighting(T_map_cam=T_cam_map.inverse(), view=view))
                 for view in detector.detect(grey)
             ]
+    return sightings
+
+
+def align_by_tags(
+    sightings: list[tuple[int, TagSighting]],
+    camera: Camera,
+    *,
+    path: FramePath,
+    layout: TagLayout,
+) -> Similarity[World, Map] | None:
+    """Return the similarity into the tags' world from what `find_tags` saw."""
     focal_px = float(camera.K[0, 0] + camera.K[1, 1]) / 2
     first = align_to_tags([s for _, s in sightings], layout, focal_px=focal_px)
     if first is None or not camera.readout_s:

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from gazemap.geometry.arrays import FloatArray, ImageArray, IntArray
 from gazemap.geometry.camera import Camera
+from gazemap.types.session import LayoutTag
 from gazemap.types.tracking import TrackingOutcome, Trajectory
 
 
@@ -40,6 +41,8 @@ class SlamResult:
         map: the sparse map.
         camera: the head camera as used, with its read-out time where that was estimated.
         warnings: what the user should know, a sentence each.
+        surveyed_tags: tags that were seen but are not in the layout, where the map has them;
+            none where the scale is arbitrary.
     """
 
     trajectory: Trajectory
@@ -47,3 +50,4 @@ class SlamResult:
     map: SparseMap
     camera: Camera
     warnings: tuple[str, ...] = ()
+    surveyed_tags: tuple[LayoutTag, ...] = ()

@@ -20,6 +20,7 @@ from tests import planes
 FRAME_COUNT = 90
 TAG_SIZE = 0.12
 TAG_PLACES = {0: (-0.5, -0.3), 1: (0.45, -0.25), 2: (-0.15, 0.28)}
+UNPLACED_TAG = (3, (0.12, 0.2))
 
 
 @dataclass
@@ -83,7 +84,7 @@ def poses():
 @pytest.fixture(scope="module")
 def session(poses):
     room = planes.room()
-    room[3:3] = [tag_plane(i, xy) for i, xy in TAG_PLACES.items()]
+    room[3:3] = [tag_plane(i, xy) for i, xy in [*TAG_PLACES.items(), UNPLACED_TAG]]
     images = [drawn(room, T_world_cam) for T_world_cam in poses]
     return DrawnSession(images=images, data=SessionData(name="drawn", tags=layout()))
 
@@ -149,6 +150,24 @@ def test_depth_images_give_the_scale_where_there_are_no_tags(session, poses):
     S = fit_similarity(estimated, true)
     assert S.scale == pytest.approx(1, abs=0.01)
     assert rmse(S.transform(estimated), true) < 0.002
+
+
+def test_a_tag_that_the_layout_lacks_is_surveyed(result):
+    (tag,) = result.surveyed_tags
+    tag_id, xy = UNPLACED_TAG
+    assert tag.tag_id == tag_id
+    assert tag.size_m == pytest.approx(TAG_SIZE, abs=0.001)
+    assert np.linalg.norm(tag.T_world_tag.t - [*xy, 0]) < 0.001
+    assert np.degrees(np.arccos((np.trace(tag.T_world_tag.R) - 1) / 2)) < 1.0
+
+
+def test_the_size_of_tags_gives_the_scale_where_no_layout_does(session, poses):
+    config = SlamConfig(tag_size_m=TAG_SIZE)
+    result = map_session(replace(session, data=SessionData(name="drawn")), config)
+    estimated, true = truth_of(result.outcomes, poses)
+    assert result.trajectory.scale is Scale.METRIC
+    assert fit_similarity(estimated, true).scale == pytest.approx(1, abs=0.005)
+    assert {tag.tag_id for tag in result.surveyed_tags} >= {2, 3}
 
 
 def test_points_lie_on_the_planes_within_a_few_sigma(result):

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from gazemap.errors import InputError
-from gazemap.session.tag_file import read_tags
+from gazemap.session.tag_file import read_tags, write_tags
 
 TAG = "{id: 3, size: 0.06, position: [0.1, 0.2, 0], orientation: [0, 0, 0.70711, 0.70711]}"
 
@@ -43,3 +43,16 @@ def test_a_tag_has_its_place_and_turn(tmp_path):
 def test_a_malformed_layout_is_refused(tmp_path, text, said):
     with pytest.raises(InputError, match=said.replace("[", r"\[")):
         read(tmp_path, text)
+
+
+def test_a_layout_survives_its_file(tmp_path):
+    first = tmp_path / "first.yaml"
+    first.write_text(
+        "family: tag36h11\nframe: world\ntags:\n"
+        "- {id: 7, size: 0.05, position: [0.1, -0.2, 0.3], orientation: [0.6, 0, 0, 0.8]}\n"
+    )
+    layout = read_tags(first)
+    write_tags(layout, tmp_path / "again.yaml")
+    (again,) = read_tags(tmp_path / "again.yaml").tags
+    assert (again.tag_id, again.size_m) == (7, 0.05)
+    assert again.T_world_tag.matrix == pytest.approx(layout.tags[0].T_world_tag.matrix, abs=1e-8)
