@@ -78,6 +78,8 @@ class Discourse:
             told: number of the draft -> its instructions, in the order spoken.
             first: the index of the first of them.
         """
+        if list(told) == sorted(told):
+            return [each for found in told.values() for each in found]
         spoken = [(i, k) for i, found in told.items() for k in range(len(found))]
         number = {spoken.index(at) + first: first + n for n, at in enumerate(sorted(spoken))}
         self.referents = [

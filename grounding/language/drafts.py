@@ -72,6 +72,7 @@ class Reason(StrEnum):
     FRAGMENT = "no verb that says what to do was found"
     NOT_UNDERSTOOD = "it is not understood as an instruction"
     TOO_LONG = "it is too long for one sentence; say it in several"
+    TOO_MANY = "the text before it is too long; give its sentences one by one"
     STATEMENT = "it states a fact and commands nothing"
     QUESTION = "it asks something and commands nothing"
     NEGATED = "it is a negated command, which is never carried out"

@@ -18,6 +18,7 @@ from grounding.language.verbs import VerbTable, default_verbs, with_taught
 from grounding.types import Instruction
 
 MAX_CHARACTERS: Final = 1200
+MAX_SENTENCES: Final = 600
 _ASKING: Final = frozenset(
     {"which", "what", "who", "whose", "where", "why", "how", "is", "are", "was", "were", "does",
      "did", "has", "am"}
@@ -98,7 +99,10 @@ class Parser:
 
     def _text(self, text: str, *, discourse: Discourse) -> ParseResult:
         sentences = sentences_of(text)
-        parses = tuple(self._sentence(each, discourse=discourse) for each in sentences)
+        read, rest = sentences[:MAX_SENTENCES], sentences[MAX_SENTENCES:]
+        parses = tuple(self._sentence(each, discourse=discourse) for each in read) + tuple(
+            _failed(each, why=refusal(Reason.TOO_MANY), readings=()) for each in rest
+        )
         instructions = tuple(found for each in parses for found in each.instructions)
         errors = [each.error for each in parses if each.error is not None]
         error = None if instructions else (errors[0] if errors else Reason.EMPTY.value)

@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 from grounding.language.lexicon import lexicon
@@ -11,7 +11,8 @@ from grounding.language.numerals import ORDINALS
 
 _PIECE: Final = re.compile(r"[^\W_]+(?:[-'][^\W_]+)*|\S")
 _LIST_MARK: Final = re.compile(r"\s*(?:\(?\d{1,2}\s*[).:]|[-*•])\s+")
-_SKIPPED: Final = frozenset("\"()[]{}<>*`“”«»'!?.…")
+_SKIPPED: Final = frozenset("\"[]{}<>*`“”«»'!?.…")
+_WRITTEN_OUT: Final = {"/": "or", "(": ",", ")": ","}
 _CLITIC: Final = re.compile(r"(n't|'s|'m|'re|'ll|'ve|'d)$")
 _NUMBERED: Final = re.compile(r"(\d{1,2})(?:st|nd|rd|th)")
 _JOINED: Final = re.compile(r"([a-z]+?)-?(up|down|over|away|out|off)")
@@ -61,6 +62,9 @@ def pieces_of(sentence: str, *, forms: VerbForms) -> Iterator[Piece]:
 def _parts(whole: Piece, *, forms: VerbForms) -> Iterator[Piece]:
     """Yield what a piece says: "won't" is will not, "2nd" is second, "pickup" is pick up."""
     text = whole.text
+    if text in _WRITTEN_OUT:
+        yield replace(whole, text=_WRITTEN_OUT[text])
+        return
     clitic, numbered = _CLITIC.search(text), _NUMBERED.fullmatch(text)
     joined = _JOINED.fullmatch(text)
     if text in _FUSED:

@@ -1,10 +1,13 @@
 """Adverbs, markers of discourse and polite words: what an instruction can do without."""
 
-from grounding.language.grammar.chart import Chart
+from grounding.language.grammar.chart import Chart, Found, Rule
 from grounding.language.grammar.measures import after_measure
 from grounding.language.grammar.rules import gerund_predicate, simple_noun, single_base
 from grounding.language.grammar.tree import Adverb
 from grounding.language.morphology import Form
+
+_opening_adverb = Rule[Adverb | None]("an adverb before a verb")
+_closing_adverb = Rule[Adverb | None]("an adverb behind a verb")
 
 
 def adverbs_at(chart: Chart, i: int) -> tuple[tuple[Adverb, ...], int]:
@@ -29,6 +32,20 @@ def adverb_at(chart: Chart, i: int, *, closing: bool) -> tuple[Adverb | None, in
         i: where to look.
         closing: whether the place is behind a verb, where "open" and ", please" may stand.
     """
+    return (_closing_adverb if closing else _opening_adverb)(chart, i)[0]
+
+
+@_opening_adverb.define
+def _opens(chart: Chart, i: int) -> Found[Adverb | None]:
+    yield _adverb(chart, i, closing=False)
+
+
+@_closing_adverb.define
+def _closes(chart: Chart, i: int) -> Found[Adverb | None]:
+    yield _adverb(chart, i, closing=True)
+
+
+def _adverb(chart: Chart, i: int, *, closing: bool) -> tuple[Adverb | None, int]:
     j = i + (closing and chart.at(i).is_a("pause"))
     said = chart.after_phrase(j, name="phrases")
     measured = after_measure(chart, j) if closing else j

@@ -17,6 +17,9 @@ from grounding.language.words import Token
 
 BEAM: Final = 8
 
+_END: Final = Token(text="", start=0, end=0)
+_PADDING: Final = 8  # more than any rule looks ahead of the end, or behind the start
+
 T = TypeVar("T")
 Found = Iterator[tuple[T, int]]
 
@@ -29,10 +32,17 @@ class Chart:
     verbs: VerbTable
     found: dict[tuple[str, int], tuple[tuple[object, int], ...]] = field(default_factory=dict)
     words: Lexicon = field(default_factory=lexicon)
+    padded: list[Token] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.padded.extend((*self.tokens, *[_END] * _PADDING))
 
     def at(self, i: int) -> Token:
-        """Return the token at a position; beyond the end an empty one."""
-        return self.tokens[i] if 0 <= i < len(self.tokens) else _END
+        """Return the token at a position; beyond the end and before the start an empty one."""
+        try:
+            return self.padded[i]
+        except IndexError:
+            return _END
 
     def word(self, i: int, *, lemma: str = "", known: bool = True) -> Word:
         """Return the token at a position as a word."""
@@ -46,8 +56,7 @@ class Chart:
 
     def after_phrase(self, i: int, *, name: str) -> int:
         """Return where the longest fixed phrase of a class that starts here ends, or `i`."""
-        text = self.at(i).text
-        for words in self.words.starts[name].get(text, ()):
+        for words in self.words.starts[name].get(self.at(i).text, ()):
             if all(_same(self.at(i + k).text, word) for k, word in enumerate(words)):
                 return i + len(words)
         return i
@@ -72,9 +81,6 @@ class Chart:
 
 def _same(text: str, word: str) -> bool:
     return text == word or (word == "is" and text == "'s")
-
-
-_END: Final = Token(text="", start=0, end=0)
 
 
 class Rule(Generic[T]):

@@ -53,7 +53,7 @@ def readings(tokens: list[Token], *, verbs: VerbTable) -> list[Sentence]:
 
 def _closed(chart: Chart, i: int) -> int:
     """Skip what may close a sentence: pauses, polite words, a name that is called."""
-    while chart.at(i).is_a("pause"):
+    while chart.at(i).is_a("pause") or (i > 1 and chart.at(i).text in ("and", "then", "but")):
         i += 1
     _, j = adverbs_at(chart, i)
     if j == i and chart.at(i - 1).is_a("pause") and i + 1 == len(chart.tokens) > 2:
@@ -99,7 +99,7 @@ def _called(chart: Chart, i: int) -> Iterator[int]:
     for k in (i + 1, i + 2, i + 3):
         if all(_may_call(chart.at(n)) for n in range(i, k)) and chart.at(k).is_a("pause"):
             yield k + 1
-    name, following = chart.at(i), chart.at(i + 1)
+    name, following = chart.at(i), chart.at(adverbs_at(chart, i + 1)[1])
     person = name.noun in chart.words.animate or (not name.known and name.capital)
     if person and not name.plural and following.verb(Form.BASE):
         yield i + 1
@@ -162,23 +162,29 @@ def _asked(chart: Chart, i: int) -> Iterator[Reading]:
 
 
 def _should_be(chart: Chart, i: int) -> Iterator[Reading]:
-    """Yield "the cube should be put on the tray"."""
+    """Yield "the cube should be put on the tray", "the box has to be opened"."""
     for subject, j in simple_noun(chart, i):
-        modal = chart.at(j)
-        if modal.text not in ("should", "must", "shall"):
+        k = j + 1 + (chart.at(j + 1).text == "to")
+        lemma = chart.at(k + 1).verb(Form.PARTICIPLE)
+        if not _obliges(chart, j) or chart.at(k).text != "be" or not lemma:
             continue
-        token = chart.at(j + 2)
-        lemma = token.verb(Form.PARTICIPLE)
-        if chart.at(j + 1).text != "be" or not lemma:
-            continue
-        for tail, end in tail_of_others(chart, j + 3):
+        for tail, end in tail_of_others(chart, k + 2):
             phrase = VerbPhrase(
-                verb=chart.word(j + 2, lemma=lemma), form=Form.PARTICIPLE, object=subject,
+                verb=chart.word(k + 1, lemma=lemma), form=Form.PARTICIPLE, object=subject,
                 end=chart.at(end - 1).end, particle=tail.particle, phrases=tail.phrases,
                 adverbs=tail.adverbs, passive=True,
             )  # fmt: skip
-            control = Control(verb=chart.word(j), modal=True, person=None, body=phrase)
+            modal = chart.word(j, lemma="should")
+            control = Control(verb=modal, modal=True, person=None, body=phrase)
             yield Mood.COMMAND, None, control, end
+
+
+def _obliges(chart: Chart, i: int) -> bool:
+    """Whether "should", "must", "needs to" or "has to" stands here."""
+    text = chart.at(i).text
+    if chart.at(i + 1).text == "to":
+        return text in ("need", "needs", "have", "has", "ought", "is", "are")
+    return text in ("should", "must", "shall")
 
 
 def _fronted(chart: Chart, i: int) -> Found[tuple[PrepPhrase, ...]]:

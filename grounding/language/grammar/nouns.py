@@ -1,22 +1,17 @@
 """Noun phrases: determiners, modifiers in any number, heads, complements, coordination."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Final
 
 from grounding.language.grammar.chart import Chart, Found
 from grounding.language.grammar.modifiers import is_nominal, modifiers_of, nominal_run
-from grounding.language.grammar.rules import nominal, relative, simple_noun
+from grounding.language.grammar.rules import relative, simple_noun
 from grounding.language.grammar.tree import (
-    Kept,
     Kind,
-    Nominal,
     NounModifier,
-    NounPair,
     NounPhrase,
-    Word,
 )
-from grounding.language.lexicon import CORRECTION
 from grounding.language.morphology import Degree, Form
 from grounding.language.words import unknown_noun
 
@@ -28,12 +23,9 @@ _PRONOUNS: Final = {
     "someone": (3, False), "everyone": (3, False), "something": (3, False),
     "anything": (3, False), "everything": (3, True),
 }  # fmt: skip
-_SUBJECTS: Final = frozenset({"i", "we", "he", "she", "they", "you"})
 _WHOLE: Final = frozenset({"all", "both", "half", "either", "neither", "such"})
 _COMPARED_BY_PLACE: Final = frozenset({"upper", "lower", "inner", "outer"})
 _SHORTER: Final = 3
-
-_Link = tuple[int, Word | None, Kept]
 
 
 def pronoun_person(chart: Chart, i: int) -> tuple[int, bool] | None:
@@ -221,62 +213,6 @@ def _with_relatives(chart: Chart, core: NounPhrase, *, end: int) -> Found[NounPh
 
 def _replace(core: NounPhrase, **changes: object) -> NounPhrase:
     return replace(core, **changes)  # type: ignore[arg-type] # names of fields, checked at run time
-
-
-@nominal.define
-def _nominal(chart: Chart, i: int) -> Found[Nominal]:
-    denied = chart.at(i).text == "not"
-    for left, j in simple_noun(chart, i + denied):
-        links = _contrasts(chart, j) if denied else _noun_conjunctions(chart, j)
-        for at, word, kept in links:
-            for right, end in nominal(chart, at):
-                first = _first(right)
-                unmarked = word is None and first is right and first.determiner is None
-                if unmarked or first.head.lemma in _SUBJECTS:
-                    continue
-                pair = NounPair(
-                    conjunction=word, left=left, right=right, start=left.start, end=right.end,
-                    kept=kept,
-                )  # fmt: skip
-                yield pair, end
-        if not denied:
-            yield left, j
-
-
-def _first(nominal: Nominal) -> NounPhrase:
-    return nominal if isinstance(nominal, NounPhrase) else _first(nominal.left)
-
-
-def _contrasts(chart: Chart, i: int) -> Iterator[_Link]:
-    """Yield the link of "not the red cube but the blue one"."""
-    j = chart.after_pauses(i)
-    if chart.at(j).text == "but":
-        yield j + 1, chart.word(j, lemma=CORRECTION), Kept.RIGHT
-
-
-def _noun_conjunctions(chart: Chart, i: int) -> Iterator[_Link]:
-    """Yield where a conjoined noun phrase may start, its conjunction and which are meant."""
-    paused = chart.at(i).is_a("pause")
-    j = i + paused
-    if chart.at(j).text == "not" or (chart.at(j).text, chart.at(j + 1).text) == ("but", "not"):
-        end = j + 1 + (chart.at(j).text == "but")
-        yield end, chart.joined(j, end), Kept.LEFT
-        return
-    corrected = chart.after_correction(i)
-    actually = chart.at(j + 1).text == "," if chart.at(j).text == "actually" else False
-    if corrected == i and paused and chart.at(j).text == "actually":
-        corrected = j + 1 + actually
-    if corrected > i:
-        yield corrected, chart.word(j, lemma=CORRECTION), Kept.RIGHT
-    end = chart.after_phrase(j, name="conjunction_phrases")
-    if end == j and chart.at(j).text in ("and", "or", "plus", "&", "nor"):
-        end = j + 1
-    if end == j and chart.at(j).text == "then" and chart.at(j + 1).is_a("determiners"):
-        end = j + 1
-    if end > j and not opens_predicate(chart, end):
-        yield end, chart.joined(j, end), Kept.BOTH
-    elif end == j and paused and not opens_predicate(chart, end):
-        yield end, None, Kept.BOTH
 
 
 def opens_predicate(chart: Chart, i: int) -> bool:

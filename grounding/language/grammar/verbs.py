@@ -1,7 +1,7 @@
 """Verb phrases: verb, particle, recipient, object and what follows, by the verb's frame."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 from grounding.language.grammar.adverbs import adverbs_at
@@ -157,7 +157,8 @@ def _may_receive(chart: Chart, noun: NounPhrase, *, gives: bool) -> bool:
     """Whether somebody is named; what is given may go to anything: "give the duck the bone"."""
     if noun.kind is Kind.PRONOUN:
         return gives or noun.head.lemma != "it"
-    animate = gives or noun.head.lemma in chart.words.animate or not noun.head.known
+    name = not noun.head.known and noun.determiner is None and not noun.modifiers
+    animate = gives or name or noun.head.lemma in chart.words.animate
     return noun.kind is Kind.NOUN and animate and not noun.after and noun.of is None
 
 
@@ -169,6 +170,8 @@ def _has_determiner(taken: Nominal) -> bool:
 
 def _gapped(chart: Chart, phrase: VerbPhrase, *, i: int, taking: bool) -> Found[Predicate]:
     """Yield "put the cup on the tray and the fork on the plate": the verb is said once."""
+    if phrase.object is None:
+        yield from _gapped_look(chart, phrase, i=i)
     if phrase.object is None or not (phrase.phrases or phrase.adverbs):
         return
     paused = chart.at(i).is_a("pause")
@@ -190,3 +193,18 @@ def _gapped(chart: Chart, phrase: VerbPhrase, *, i: int, taking: bool) -> Found[
                 word = chart.word(j) if start > j else None
                 pair = PredicatePair(conjunction=word, left=phrase, right=right)
                 yield pair, after
+
+
+def _gapped_look(chart: Chart, phrase: VerbPhrase, *, i: int) -> Found[Predicate]:
+    """Yield "look at the cup and then at the plate"."""
+    entry = chart.verbs.entry(phrase.verb.lemma)
+    start = chart.after_pauses(i)
+    while chart.at(start).text in ("and", "then"):
+        start += 1
+    if entry is None or entry.frame is not Frame.SHOW or not phrase.phrases or start == i:
+        return
+    for found, end in single_prep_phrase(chart, start):
+        second = replace(phrase, end=chart.at(end - 1).end, phrases=(found,), adverbs=())
+        word = chart.word(start - 1) if chart.at(start - 1).text in ("and", "then") else None
+        for right, after in (*_gapped_look(chart, second, i=end), (second, end)):
+            yield PredicatePair(conjunction=word, left=phrase, right=right), after

@@ -3,6 +3,7 @@
 import string
 import time
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -52,6 +53,11 @@ def test_long_texts_end_in_a_second(words):
     piece = " ".join(words)
     check((piece + " ") * (LONGEST // (len(piece) + 1)))
     check((piece + ". ") * (LONGEST // (len(piece) + 2)))
+
+
+@pytest.mark.parametrize("piece", [",o?u,j ", "take it, no, j? ", "go?", "take a, b? "])
+def test_many_short_sentences_end_in_a_second(piece):
+    check((piece * LONGEST)[:LONGEST])
 
 
 @settings(max_examples=60, deadline=None)
