@@ -37,12 +37,15 @@ class Rest:
             BackendError: if the server cannot be reached or answers garbage.
         """
         from delphin.web.client import Parser  # noqa: PLC0415 - brings a network client
-        from httpx import HTTPError, InvalidURL  # noqa: PLC0415
+        from httpx import HTTPError, HTTPStatusError, InvalidURL  # noqa: PLC0415
 
         params = {"eds": "json", "mrs": "json", "results": _READINGS}
         try:
             response = Parser(self._server).interact(sentence, params=params)
             return [_eds(result) for result in response.results()]
+        except HTTPStatusError as error:
+            status = error.response.status_code
+            raise BackendError(f"{self._server}: answered with status {status}") from error
         except (HTTPError, InvalidURL) as error:
             reason = str(error) or type(error).__name__
             raise BackendError(f"{self._server}: no answer: {reason}") from error

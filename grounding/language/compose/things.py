@@ -3,7 +3,9 @@
 from collections.abc import Mapping
 from typing import Final
 
+from grounding.language.compose.labels import adjective_label, noun_label
 from grounding.language.compose.nodes import Nodes, Span
+from grounding.language.compose.places import add_place, add_preposition, add_unnamed_place
 from grounding.language.grammar.tree import (
     Adjective,
     AdjectivePair,
@@ -30,11 +32,6 @@ _QUANTIFIERS: Final = {
 _OWNERS: Final = {
     "my": "1", "our": "1", "your": "2", "his": "3", "her": "3", "its": "3", "their": "3",
 }  # fmt: skip
-_SPLIT: Final = {
-    "close+to": ("_close_a_to", "_to_p_state"), "far+from": ("_far_a_1", "_from_p_state"),
-    "away+from": ("_away_p", "_from_p_state"), "near+to": ("_near_a_to", "_to_p_state"),
-    "closer+to": ("_close_a_to", "_to_p_state"), "nearer+to": ("_near_a_to", "_to_p_state"),
-}  # fmt: skip
 _PERSONS: Final = {
     "i": ("1", "sg"), "me": ("1", "sg"), "myself": ("1", "sg"), "we": ("1", "pl"),
     "us": ("1", "pl"), "you": ("2", ""), "yourself": ("2", ""), "they": ("3", "pl"),
@@ -42,7 +39,6 @@ _PERSONS: Final = {
 }  # fmt: skip
 _GENDERS: Final = {"it": "n", "he": "m", "him": "m", "she": "f", "her": "f"}
 _QUANTIFYING_PARTS: Final = frozenset({"all", "some", "each", "both", "no", "none", "neither"})
-_AT_A_PLACE: Final = frozenset({"there", "here", "inside", "outside"})
 
 
 class Things:
@@ -86,7 +82,7 @@ class Things:
             return self._nodes.event(label, at=word.span, edges=edges, properties=properties)
         if not isinstance(found, Adjective):
             return self._modifier(found, of=of, end=found.word.end)
-        label, edges = self._adjective_label(found.word), {"ARG1": of}
+        label, edges = adjective_label(found.word), {"ARG1": of}
         event = self._nodes.event(label, at=found.word.span, edges=edges, properties=properties)
         self._graded(found, event=event)
         return event
@@ -100,12 +96,14 @@ class Things:
         if phrase.landmark is not None:
             landmark = self.nominal(phrase.landmark)
             edges = {"ARG1": of, "ARG2": landmark}
-            added = self._preposition(phrase.word, edges=edges, event=event, properties=properties)
+            added = add_preposition(
+                self._nodes, phrase.word, edges=edges, event=event, properties=properties
+            )
             self.last_landmark = landmark
         elif phrase.inner is not None:
             added = self._nested(phrase.word, inner=phrase.inner, of=of, event=event)
         else:
-            added = self._place(phrase.word, of=of)
+            added = add_place(self._nodes, phrase.word, of=of)
         if phrase.negation is not None:
             self._nodes.event("neg", at=phrase.negation.span, edges={"ARG1": added})
         return added
@@ -141,24 +139,13 @@ class Things:
         if noun.kind in (Kind.ONE, Kind.DEMONSTRATIVE):
             label = "generic_entity"
         elif noun.kind is Kind.ADJECTIVE:
-            label = self._adjective_label(head)
+            label = adjective_label(head)
         else:
-            label = self._noun_label(head)
+            label = noun_label(head)
         x = self._nodes.thing(label, at=head.span, properties=_number(noun))
         if noun.kind is Kind.ONE:
             self._nodes.event("card", at=head.span, edges={"ARG1": x}, carg="1")
         return x
-
-    def _noun_label(self, word: Word) -> str:
-        """Return a noun's predicate; PyDelphin's PENMAN codec cannot read the ERG's "/nn_u_"."""
-        if not word.known:
-            return f"_{word.lemma}_n_unknown"
-        return f"_{word.lemma}_n_{self._words.senses.get(('noun', word.lemma), '1')}"
-
-    def _adjective_label(self, word: Word) -> str:
-        if not word.known:
-            return f"_{word.lemma}_a_unknown"
-        return f"_{word.lemma}_a_{self._words.senses.get(('adjective', word.lemma), '1')}"
 
     def _quantifier(self, noun: NounPhrase, *, of: str) -> None:
         word = noun.head if noun.kind is Kind.DEMONSTRATIVE else noun.determiner
@@ -227,7 +214,7 @@ class Things:
                 label = "ord" if ordinal else "card"
                 return self._nodes.event(label, at=word.span, edges={"ARG1": of}, carg=carg)
             case NounModifier(word=word):
-                label = self._noun_label(word)
+                label = noun_label(word)
                 x = self._nodes.thing(label, at=word.span, properties={"PERS": "3"})
                 self._nodes.quantifier("udef_q", at=word.span, of=x)
                 edges = {"ARG1": of, "ARG2": x}
@@ -287,45 +274,16 @@ class Things:
         for phrase in clause.phrases:
             self.phrase(phrase, of=event, event=True)
 
-    def _preposition(
-        self, word: Word, *, edges: Mapping[str, str], event: bool,
-        properties: Mapping[str, str] | None = None,
-    ) -> str:  # fmt: skip
-        if word.lemma in _SPLIT:
-            first, second = _SPLIT[word.lemma]
-            at = self._nodes.event(
-                first, at=word.span, edges={"ARG1": edges["ARG1"]}, properties=properties
-            )
-            self._nodes.event(second, at=word.span, edges={"ARG1": at, "ARG2": edges["ARG2"]})
-            return at
-        default = (f"_{word.lemma}_p", f"_{word.lemma}_p_state")
-        label = self._words.prepositions.get(word.lemma, default)[event]
-        return self._nodes.event(label, at=word.span, edges=edges, properties=properties)
-
-    def _place(self, word: Word, *, of: str) -> str:
-        """Add an adverb of place: "there" and "inside" are at a place, "forward" is a way."""
-        if word.lemma not in _AT_A_PLACE:
-            return self._nodes.event(f"_{word.lemma}_p", at=word.span, edges={"ARG1": of})
-        place = self._unnamed_place(word)
-        label = f"_{word.lemma}_a_1" if word.lemma in ("there", "here") else f"_{word.lemma}_p"
-        self._nodes.event(label, at=word.span, edges={"ARG1": place})
-        return self._nodes.event("loc_nonsp", at=word.span, edges={"ARG1": of, "ARG2": place})
-
-    def _unnamed_place(self, word: Word) -> str:
-        properties = {"PERS": "3", "NUM": "sg"}
-        place = self._nodes.thing("place_n", at=word.span, properties=properties)
-        self._nodes.quantifier("def_implicit_q", at=word.span, of=place)
-        return place
-
     def _nested(self, word: Word, *, inner: PrepPhrase, of: str, event: bool) -> str:
         """Add "from under the table" and "over there": the inner phrase tells the place."""
         if inner.landmark is None:
             at = self._nodes.event(f"_{word.lemma}_p_dir", at=word.span, edges={"ARG1": of})
-            self._place(inner.word, of=at)
+            add_place(self._nodes, inner.word, of=at)
             return at
-        place = self._unnamed_place(word)
+        place = add_unnamed_place(self._nodes, word)
         self.phrase(inner, of=place)
-        return self._preposition(word, edges={"ARG1": of, "ARG2": place}, event=event)
+        edges = {"ARG1": of, "ARG2": place}
+        return add_preposition(self._nodes, word, edges=edges, event=event)
 
 
 def _conjunction_label(pair: NounPair) -> str:

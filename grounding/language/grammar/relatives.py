@@ -34,6 +34,9 @@ _WITH_PHRASE: Final = frozenset(
      "empty", "next", "nearest"}
 )  # fmt: skip
 _COMPLEMENTS: Final = frozenset({"to", "from", "of", "than"})
+_WHEN_OR_HOW: Final = frozenset(
+    {"best", "most", "least", "yesterday", "today", "earlier", "before", "recently", "again"}
+)  # fmt: skip
 _FINITE: Final = (Form.PRESENT, Form.PAST, Form.BASE)
 _SKIPPED: Final = frozenset(
     {"have", "has", "had", "did", "do", "just", "are", "were", "was", "am", "is", "can", "could",
@@ -267,4 +270,4 @@ def _phrases(chart: Chart, i: int) -> Found[tuple[PrepPhrase, ...]]:
             yield (PrepPhrase(word=chart.word(i), landmark=noun),), end
     for phrase, end in single_prep_phrase(chart, i):
         yield (phrase,), end
-    yield (), i
+    yield (), i + (chart.at(i).text in _WHEN_OR_HOW)

@@ -29,5 +29,6 @@ participle_predicate = Rule[Predicate]("predicate in the past participle")
 single_base = Rule[Predicate]("one predicate in the base form")
 single_finite = Rule[Predicate]("one predicate in the present or past")
 single_gerund = Rule[Predicate]("one predicate in the gerund")
+single_participle = Rule[Predicate]("one predicate in the past participle")
 # clauses
 clause = Rule[Sentence]("one clause")
