@@ -4,11 +4,11 @@ import dataclasses
 from collections.abc import Mapping, Sequence
 
 from grounding.features.background import NoObject
-from grounding.features.registry import extract_features
+from grounding.features.registry import Family, extract_features, features_named
 from grounding.patches.patch import Patch
 from grounding.plan import GroundedInstruction, GroundedPlan, Status
 from grounding.symbols.classify import Classifier
-from grounding.symbols.model import SymbolModel
+from grounding.symbols.model import Group, SymbolModel
 
 _LEAST_PATCHES = 3
 _MAJORITY = 2 / 3
@@ -26,7 +26,8 @@ def heed_words(plan: GroundedPlan, patches: Sequence[Patch], symbols: SymbolMode
         symbols: what the words mean, learnt from all of the session's patches.
     """
     classifier = Classifier(symbols)
-    heard = {each: _heard(each, patches, classifier) for each in _indices(plan)}
+    flat = frozenset(group.name for group in symbols.groups if _is_of_colour(group))
+    heard = {each: _heard(each, patches, classifier, flat=flat) for each in _indices(plan)}
     instructions = tuple(
         _heeded(each, heard[each.spoken.index], symbols) for each in plan.instructions
     )
@@ -37,8 +38,18 @@ def _indices(plan: GroundedPlan) -> list[int]:
     return [each.spoken.index for each in plan.instructions]
 
 
-def _heard(instruction: int, patches: Sequence[Patch], classifier: Classifier) -> Mapping[str, str]:
-    """Return for each concept group the word that most of an instruction's patches bear."""
+def _is_of_colour(group: Group) -> bool:
+    """Return whether a group's words are about colour alone."""
+    return {feature.family for feature in features_named(group.features)} == {Family.COLOUR}
+
+
+def _heard(
+    instruction: int, patches: Sequence[Patch], classifier: Classifier, *, flat: frozenset[str]
+) -> Mapping[str, str]:
+    """Return for each concept group the word that most of an instruction's patches bear.
+
+    Seen aslant from the head a thing shows its sides too: only its colour is heeded, group `flat`.
+    """
     votes: dict[str, dict[str, int]] = {}
     count = 0
     for each in patches:
@@ -51,7 +62,7 @@ def _heard(instruction: int, patches: Sequence[Patch], classifier: Classifier) -
             continue
         count += 1
         for found in classifier.classify(features):
-            if found.known:
+            if found.known and (found.group in flat or each.camera != "head"):
                 group = votes.setdefault(found.group, {})
                 group[found.symbol] = group.get(found.symbol, 0) + 1
     if count < _LEAST_PATCHES:

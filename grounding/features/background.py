@@ -227,6 +227,8 @@ def _line_distance(
         factors: the stretch, darkest and brightest as factors of the colour.
         stray: how much of a difference in brightness along the stretch counts as distance.
     """
+    if not pixels.size:
+        return np.zeros(pixels.shape[:-1], np.float32)
     # not `@`: a product this flat wakes all of BLAS's threads for nothing
     row = pixels.reshape(-1, 1, 3)
     along, norm = cv2.transform(row, bgr[None]).ravel(), np.float32(bgr @ bgr)

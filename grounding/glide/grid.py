@@ -1,14 +1,16 @@
 """Positions where vision has no instance: a grid on the table, summed over."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numba import njit
 
 from grounding.glide.actions import Kind
 from grounding.glide.config import GlideConfig
+from grounding.glide.emissions import aim_cov
+from grounding.glide.landmarks import beside
 from grounding.glide.model import Parameters, Session
-from grounding.glide.sight import where_met
+from grounding.glide.sight import log_density, where_met
 from grounding.types import FloatArray, IntArray
 
 _NODES_MOST = 20_000
@@ -28,9 +30,11 @@ class Grid:
         first: (T + 1,) where each look's run begins.
         node: (S,) node of each entry.
         ratio: (S,) density of the look for that node over that of the background.
+        prior: (G,) of the nodes; the sum is 1.
     """
 
     nodes: FloatArray
+    prior: FloatArray
     first: IntArray
     node: IntArray
     ratio: FloatArray
@@ -73,7 +77,7 @@ class Unseen:
         count = len(self.rows[0].base)
         table = np.zeros((len(self.rows), count, longest + 1))
         for out, each in zip(table, self.rows, strict=True):
-            _fill(out, each.grid.runs, each.base, each.weight, len(each.grid.nodes))
+            _fill(out, each.grid.runs, each.base, each.weight, each.grid.prior)
         return table
 
     def read(self, a: int, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -84,7 +88,7 @@ class Unseen:
             weights: (T, D + 1) posterior of its segments with an unseen position.
         """
         each = self.rows[int(self.row[a].max())]
-        return read_grid(weights, each.grid.runs, each.base, each.weight, len(each.grid.nodes))
+        return read_grid(weights, each.grid.runs, each.base, each.weight, each.grid.prior)
 
     def nodes(self, a: int) -> FloatArray:
         """Return the nodes (G, 3) of action a's grid."""
@@ -113,17 +117,18 @@ def unseen_positions(
     step = _HEIGHT_STEP_M * config.scene_unit_m
     row = np.full((len(session.acts), session.rests.count + 1), -1, dtype=np.int64)
     grids: dict[int, Grid] = {}
-    rows: dict[tuple[int, float, bytes], GridRow] = {}
+    rows: dict[tuple[int, float, bytes, bytes], GridRow] = {}
     for a, act in enumerate(session.acts):
         put = act.kind is Kind.PUT
         level = round(_height(session, parameters, config, a) / step)
         if level not in grids:
             grids[level] = _grid(session, parameters, config, height=level * step, calm=calm)
+        grid = _about_landmark(session, parameters, config, a, grid=grids[level], calm=calm)
         mean = weights[a].mean(axis=0)
         base = 1.0 - mean.sum() + (mean[2] * landmark[a, -1] if put else 0.0 * calm)
         weight = float(mean[0] + mean[1])
-        key = (level, weight, base.tobytes())
-        rows.setdefault(key, GridRow(grid=grids[level], base=base, weight=weight))
+        key = (level, weight, base.tobytes(), grid.prior.tobytes())
+        rows.setdefault(key, GridRow(grid=grid, base=base, weight=weight))
         row[a, -1] = list(rows).index(key)
         if put:
             row[a, :-1][session.rests.next_rest < 0] = row[a, -1]
@@ -165,7 +170,72 @@ def _grid(
     look = np.repeat(np.arange(session.sights.count), np.diff(first))
     ratio = np.minimum(density * session.area, _RATIO_CAP) * calm[look]
     nodes = np.column_stack([level, np.full(len(level), height)])
-    return Grid(nodes=nodes, first=first, node=node, ratio=ratio)
+    prior = np.full(len(nodes), 1.0 / len(nodes))
+    return Grid(nodes=nodes, first=first, node=node, ratio=ratio, prior=prior)
+
+
+def _about_landmark(
+    session: Session,
+    parameters: Parameters,
+    config: GlideConfig,
+    a: int,
+    *,
+    grid: Grid,
+    calm: FloatArray,
+) -> Grid:
+    """Return the grid of an action with what its landmark says of the place as prior, eq. 5b.
+
+    On top of something means on top of one of the things there are, mostly.
+    """
+    act, rests = session.acts[a], session.rests
+    if act.kind is not Kind.PUT or len(act.landmarks) != 1 or not rests.count:
+        return grid
+    own = parameters.theta[session.names.of_act[a]][rests.thing]
+    size = own / max(float(own.sum()), 1e-12) @ np.column_stack([rests.extent, rests.height])
+    named = parameters.theta[session.names.landmarks_of_act[a][0]][rests.thing]
+    named = named / max(float(named.sum()), 1e-12)
+    if act.relation != "on-top-of":
+        near = beside(session, config, act, extent=float(size[0]), points=grid.nodes) @ named
+        missed = config.relation_missed / len(near)
+        prior = missed + (1 - config.relation_missed) * near / max(float(near.sum()), 1e-12)
+        return replace(grid, prior=prior)
+    top = rests.position[:, 2] + 0.5 * rests.height + 0.5 * float(size[1])
+    tops = np.column_stack([rests.position[:, :2], top])
+    log = log_density(
+        session.sights,
+        tops,
+        aim_cov(session, config),
+        offset_rad=parameters.gaze_offset_rad,
+        scale=parameters.noise_scale,
+    )
+    ratio = np.minimum(np.exp(np.minimum(log, 30.0)) * session.area, _RATIO_CAP) * calm[:, None]
+    return _with_nodes(grid, tops, ratio, prior=named, missed=config.relation_missed)
+
+
+def _with_nodes(
+    grid: Grid, nodes: FloatArray, ratio: FloatArray, *, prior: FloatArray, missed: float
+) -> Grid:
+    """Return a grid with more nodes (N, 3), each seen by every look, and most of the prior there.
+
+    Args:
+        grid: the level grid.
+        nodes: (N, 3) the places.
+        ratio: (T, N) what each look says for them.
+        prior: (N,) of the places among each other.
+        missed: share of the prior that the level grid keeps.
+    """
+    count, places = ratio.shape
+    looks = np.arange(count)
+    look = np.concatenate([np.repeat(looks, np.diff(grid.first)), np.repeat(looks, places)])
+    order = np.argsort(look, kind="stable")
+    node = np.concatenate([grid.node, np.tile(np.arange(places) + len(grid.nodes), count)])
+    return Grid(
+        nodes=np.concatenate([grid.nodes, nodes]),
+        first=grid.first + places * np.arange(count + 1),
+        node=node[order],
+        ratio=np.concatenate([grid.ratio, ratio.ravel()])[order],
+        prior=np.concatenate([missed * grid.prior, (1 - missed) * prior]),
+    )
 
 
 @njit(cache=True)
@@ -204,13 +274,13 @@ def _fill(
     runs: tuple[IntArray, IntArray, FloatArray],
     base: FloatArray,
     weight: float,
-    nodes: int,
+    prior: FloatArray,
 ) -> None:
     first, node, ratio = runs
     count, longest = table.shape[0], table.shape[1] - 1
-    product = np.ones(nodes)
+    product = prior.copy()
     for s in range(count):
-        total, log_base = float(nodes), 0.0
+        total, log_base = 1.0, 0.0
         e = min(count, s + longest)
         for t in range(s, e):
             log_base += np.log(base[t])
@@ -218,10 +288,10 @@ def _fill(
                 before = product[node[k]]
                 product[node[k]] = before * (1.0 + weight * ratio[k] / base[t])
                 total += product[node[k]] - before
-            table[s, t + 1 - s] = log_base + np.log(total / nodes)
+            table[s, t + 1 - s] = log_base + np.log(total)
         for t in range(s, e):
             for k in range(first[t], first[t + 1]):
-                product[node[k]] = 1.0
+                product[node[k]] = prior[node[k]]
 
 
 @njit(cache=True)
@@ -230,7 +300,7 @@ def read_grid(
     runs: tuple[IntArray, IntArray, FloatArray],
     base: FloatArray,
     weight: float,
-    nodes: int,
+    prior: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
     """Return what segments with posterior weights (T, D + 1) say of the position.
 
@@ -240,13 +310,13 @@ def read_grid(
     """
     first, node, ratio = runs
     count, longest = weights.shape[0], weights.shape[1] - 1
-    belief, on_place = np.zeros(nodes), np.zeros(count)
+    belief, on_place = np.zeros(len(prior)), np.zeros(count)
     for s in range(count):
         for d in range(1, longest + 1):
             w = weights[s, d]
             if w < 1e-9:
                 continue
-            product = np.ones(nodes)
+            product = prior.copy()
             for t in range(s, s + d):
                 for k in range(first[t], first[t + 1]):
                     product[node[k]] *= 1.0 + weight * ratio[k] / base[t]

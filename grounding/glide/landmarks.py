@@ -69,12 +69,33 @@ def _likeness(session: Session, act: Act, config: GlideConfig) -> FloatArray:
 
     Rows of places without a next one mean nothing.
     """
+    rests = session.rests
+    goal = rests.position[rests.next_rest]
+    return beside(session, config, act, extent=rests.extent[:, None], points=goal)
+
+
+def beside(
+    session: Session,
+    config: GlideConfig,
+    act: Act,
+    *,
+    extent: FloatArray | float,
+    points: FloatArray,
+) -> FloatArray:
+    """Return (P, R), 1 at best: how well a thing at each point is in relation to each place.
+
+    Args:
+        session: whose places are the landmarks.
+        config: the constants.
+        act: whose relation is asked for.
+        extent: level size of the thing, one or (P, 1).
+        points: (P, 3) where its middle may be.
+    """
     rests, unit = session.rests, config.scene_unit_m
     sense = sense_of(act.relation or "near")
-    apart = 0.5 * (rests.extent + rests.extent[:, None]) + sense.clearance_m * unit  # (R, R)
-    goal = rests.position[rests.next_rest]
-    offset = (goal[:, None] - rests.position) @ wearer_axes(session.heading_rad).T
-    off = offset[..., :2] - apart[..., None] * np.array(sense.direction[:2])
+    apart = 0.5 * (rests.extent + extent) + sense.clearance_m * unit  # (P or 1, R)
+    offset = (points[:, None] - rests.position) @ wearer_axes(session.heading_rad).T
+    off = offset[..., :2] - np.asarray(apart)[..., None] * np.array(sense.direction[:2])
     return np.asarray(np.exp(-0.5 * np.square(off / _spread(act, config)).sum(axis=2)))
 
 

@@ -13,7 +13,7 @@ from grounding.glide.tables import Model
 from grounding.types import FixationObservation, FloatArray, ObjectInstance, SpokenInstruction
 
 _MODE_RADIUS_M = 0.05
-_UNSEEN_HEIGHT_SIGMA_M = 0.01
+_UNSEEN_SIGMA_M = (0.005, 0.005, 0.01)  # of a position on the grid, beside its spread
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -262,7 +262,7 @@ class Reader:
         mean = w @ nodes[near]
         off = nodes[near] - mean
         cov = np.einsum("g,ga,gb->ab", w, off, off)
-        cov[2, 2] += (_UNSEEN_HEIGHT_SIGMA_M * unit) ** 2
+        cov += np.diag(np.square(_UNSEEN_SIGMA_M)) * unit**2
         return Spot(
             position_world=mean, cov_world=cov, probability=float(belief[near].sum() / total)
         )

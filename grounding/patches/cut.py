@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from grounding.patches.level import level_crop
 from grounding.patches.patch import Patch, Rejection
 from grounding.patches.quality import is_blurred, is_covered, shows_object, still_picture
 from grounding.patches.view import PosedCamera, View
@@ -86,7 +87,8 @@ def cut_patches(
         camera = view.camera_at(timed.t_ns)
         for each, times, found in zip(showings, wanted, crops, strict=True):
             if camera is not None and timed.t_ns in times:
-                found.append(_crop(each, camera, timed.image_bgr, t_ns=timed.t_ns, config=config))
+                cut = _crop if view.is_fixed else _level_crop
+                found.append(cut(each, camera, timed.image_bgr, t_ns=timed.t_ns, config=config))
     names = _names(first)
     return [
         dataclasses.replace(patch, name=next(names))
@@ -148,6 +150,26 @@ def _crop(
     )
 
 
+def _level_crop(
+    showing: Showing,
+    camera: PosedCamera,
+    image_bgr: ImageArray,
+    *,
+    t_ns: int,
+    config: PatchConfig,
+) -> _Crop:
+    """Cut from a moving camera: as from above, so that pictures of one thing can be compared."""
+    top = showing.position_world + np.array([0.0, 0.0, showing.size_m[2] / 2])
+    half_m = config.margin * float(np.linalg.norm(showing.size_m[:2])) / 2
+    seen = level_crop(camera, image_bgr, top_world=top, half_m=half_m)
+    return _Crop(
+        t_ns=t_ns,
+        uv_px=camera.project(showing.position_world[None])[0],
+        image_bgr=None if seen is None else seen.image_bgr,
+        mm_per_px=None if seen is None else seen.mm_per_px,
+    )
+
+
 def _box_corners(showing: Showing) -> FloatArray:
     """Return the corners (8, 3) of the thing's box."""
     signs = np.stack(np.meshgrid(*[[-0.5, 0.5]] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
@@ -173,8 +195,19 @@ def _choose(
 ) -> list[Patch]:
     """Judge all crops of a showing; keep some of the good ones and all that were refused."""
     images = [c.image_bgr for c in crops if c.image_bgr is not None]
-    still = still_picture(images) if view.is_fixed else None
-    judged = [_judge(showing, c, images, still, config) for c in crops]
+    still = still_picture(images)
+    covered = [
+        c.image_bgr is not None
+        and still is not None
+        and is_covered(c.image_bgr, still, is_fixed=view.is_fixed)
+        for c in crops
+    ]
+    judged = [
+        Rejection.COVERED if hidden and seen is None else seen
+        for hidden, seen in zip(
+            covered, (_judge(showing, c, images, config) for c in crops), strict=True
+        )
+    ]
     patches = [
         Patch(
             name="",
@@ -202,7 +235,6 @@ def _judge(
     showing: Showing,
     crop: _Crop,
     images: Sequence[ImageArray],
-    still: ImageArray | None,
     config: PatchConfig,
 ) -> Rejection | None:
     image = crop.image_bgr
@@ -212,8 +244,6 @@ def _judge(
         return Rejection.DOUBTFUL
     if not showing.is_looked_at:
         return Rejection.GATE
-    if still is not None and is_covered(image, still):
-        return Rejection.COVERED
     if is_blurred(image, images):
         return Rejection.BLURRED
     return None if shows_object(image) else Rejection.BACKGROUND

@@ -11,6 +11,7 @@ from grounding.types import ImageArray
 
 _CHANGED_LEVELS: Final = 30.0  # a pixel that differs by more shows something else
 _CHANGED_SHARE: Final = 0.06
+_CHANGED_SHARE_MOVING: Final = 0.15  # what is not level shifts where the camera moves
 _SHARPNESS: Final = 0.35  # of the sharpest of the same showing
 
 
@@ -21,7 +22,7 @@ def still_picture(images: Sequence[ImageArray]) -> ImageArray | None:
     return np.asarray(np.median(np.stack(images), axis=0), dtype=np.uint8)
 
 
-def is_covered(image_bgr: ImageArray, still_bgr: ImageArray) -> bool:
+def is_covered(image_bgr: ImageArray, still_bgr: ImageArray, *, is_fixed: bool) -> bool:
     """Return whether something stands before the thing that mostly is not there.
 
     Brightness is matched first, channel by channel: a light that changes covers nothing.
@@ -31,7 +32,7 @@ def is_covered(image_bgr: ImageArray, still_bgr: ImageArray) -> bool:
     off = np.abs((image + 8.0) * gain - (still + 8.0)).max(axis=2)
     # A median filter takes out edges that a shake of one pixel moves.
     changed = cv2.medianBlur((off > _CHANGED_LEVELS).astype(np.uint8), 3)
-    return float(changed.mean()) > _CHANGED_SHARE
+    return float(changed.mean()) > (_CHANGED_SHARE if is_fixed else _CHANGED_SHARE_MOVING)
 
 
 def is_blurred(image_bgr: ImageArray, others: Sequence[ImageArray]) -> bool:

@@ -22,6 +22,7 @@ class TableView:
 
     name = "overhead"
     is_fixed = True
+    arm_bgr = (150, 160, 190)
 
     def __init__(self, *, arm_ns: Sequence[int] = ()) -> None:
         self.t_ns = [int(k * 1e8) for k in range(40)]
@@ -35,7 +36,7 @@ class TableView:
             image = np.full((400, 400, 3), (110, 140, 170), np.uint8)
             cv2.rectangle(image, (190, 190), (210, 210), (30, 30, 200), -1)
             if t_ns in self._arm_ns:
-                cv2.rectangle(image, (195, 0), (220, 400), (150, 160, 190), -1)
+                cv2.rectangle(image, (195, 0), (220, 400), self.arm_bgr, -1)
             yield TimedImage(t_ns=t_ns, image_bgr=image)
 
 
@@ -84,6 +85,56 @@ def test_a_bare_table_is_background() -> None:
 
 def test_a_thing_that_nobody_looked_at_is_refused() -> None:
     assert set(rejections(TableView(), showing(looked_at=False))) == {Rejection.GATE}
+
+
+class WalkingView(TableView):
+    """The same table from a camera that shifts from picture to picture, with a cube's side seen."""
+
+    name = "head"
+    is_fixed = False
+    arm_bgr = (60, 60, 60)
+
+    def camera_at(self, t_ns: int) -> FlatCamera:
+        return ShiftedCamera(shift_px=self._shift_px(t_ns))
+
+    def images(self, times_ns: Sequence[int]) -> Iterator[TimedImage]:
+        for timed in super().images(times_ns):
+            turn = np.array([[1.0, 0.0, self._shift_px(timed.t_ns)], [0.0, 1.0, 0.0]])
+            moved = cv2.warpAffine(
+                timed.image_bgr, turn, (400, 400), borderMode=cv2.BORDER_REPLICATE
+            )
+            yield TimedImage(t_ns=timed.t_ns, image_bgr=np.asarray(moved, np.uint8))
+
+    @staticmethod
+    def _shift_px(t_ns: int) -> float:
+        return 60.0 * np.sin(t_ns / 1e9)
+
+
+class ShiftedCamera(FlatCamera):
+    def __init__(self, *, shift_px: float) -> None:
+        self._shift_px = shift_px
+
+    def project(self, points_world: np.ndarray) -> np.ndarray:
+        return super().project(points_world) + np.array([self._shift_px, 0.0])
+
+
+def test_a_moving_camera_gives_patches_as_from_above() -> None:
+    patches = cut_patches([showing()], WalkingView(), PatchConfig())
+    assert [patch.kept for patch in patches] == [True] * 6
+    first = patches[0].image_bgr
+    for patch in patches:
+        assert patch.camera == "head"
+        assert abs(patch.uv_px[0] - 199.5 - WalkingView._shift_px(patch.t_ns)) < 1e-6
+        assert patch.image_bgr is not None
+        assert first is not None
+        assert np.mean(np.abs(patch.image_bgr.astype(int) - first)) < 3.0
+
+
+def test_a_hand_before_a_moving_camera_is_refused() -> None:
+    view = WalkingView(arm_ns=[int(k * 1e8) for k in range(12)])
+    patches = cut_patches([showing()], view, PatchConfig())
+    assert {p.t_ns < int(1.2e9) for p in patches if p.rejection is Rejection.COVERED} == {True}
+    assert len([p for p in patches if p.kept]) == 6
 
 
 def test_a_row_has_the_columns_of_the_interface() -> None:
