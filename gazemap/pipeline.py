@@ -102,6 +102,7 @@ def model_scene(
     return build_scene(
         session,
         located.slam.trajectory,
+        points_world=located.slam.map.points_world,
         T_world_overhead=located.T_world_overhead,
         config=config.scene,
         progress=progress,

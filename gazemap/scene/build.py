@@ -13,8 +13,10 @@ from gazemap.scene.config import SceneConfig
 from gazemap.scene.crops import PosedCamera
 from gazemap.scene.live import LiveObjects
 from gazemap.scene.rectified import RectifiedTable
-from gazemap.scene.surface import TablePainter, table_mesh, with_boxes
-from gazemap.scene.surroundings import add_surroundings
+from gazemap.scene.surface import TablePainter, joined, table_mesh, with_boxes
+from gazemap.scene.surroundings import find_surroundings
+from gazemap.scene.sweep import StillView
+from gazemap.scene.viewpoints import still_view
 from gazemap.types.frame import Frame
 from gazemap.types.scene import Mesh, SceneModel
 from gazemap.types.session import TagLayout
@@ -27,6 +29,7 @@ def build_scene(
     session: Session,
     trajectory: Trajectory,
     *,
+    points_world: FloatArray,
     T_world_overhead: Pose[World, Overhead] | None,
     config: SceneConfig,
     progress: Progress,
@@ -36,6 +39,7 @@ def build_scene(
     Args:
         session: the recording.
         trajectory: the path of its head camera; world has the support at z = 0.
+        points_world: (M, 3) the sparse map.
         T_world_overhead: the overhead camera's pose, or None without one.
         config: settings.
         progress: told how many overhead frames are done.
@@ -48,7 +52,16 @@ def build_scene(
     else:
         rig = _replay_heads(session, trajectory, flat, config=config, progress=progress)
     rig.live.finish()
-    background = add_surroundings(rig.painter.painted(), session, trajectory, config)
+    table = rig.painter.painted()
+    around = find_surroundings(
+        session,
+        trajectory,
+        table=table,
+        points_world=points_world,
+        overhead=_overhead_view(session, T_world_overhead, config),
+        config=config,
+    )
+    background = joined([table, *around.meshes])
     objects = rig.live.objects
     return SceneModel(
         mesh=with_boxes(background, objects),
@@ -56,7 +69,19 @@ def build_scene(
         objects=objects,
         T_world_overhead=T_world_overhead,
         surface_sigma_m=config.surface_sigma_m,
+        measured_sigma_m=around.sigma_m,
     )
+
+
+def _overhead_view(
+    session: Session, T_world_overhead: Pose[World, Overhead] | None, config: SceneConfig
+) -> tuple[StillView, ...]:
+    """Return what the fixed camera saw first, among the views that see depth together."""
+    camera, frame = session.overhead_camera, next(session.overhead_frames(), None)
+    if camera is None or frame is None or T_world_overhead is None:
+        return ()
+    posed = PosedCamera.of(camera, T_world_overhead, is_overhead=True)
+    return (still_view(frame, posed, config.sweep),)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -9,7 +9,7 @@ import numpy as np
 
 from gazemap.geometry.arrays import BoolArray, FloatArray, IntArray
 from gazemap.scene.surface import BOX_TRIANGLES, box_vertices
-from gazemap.types.scene import Miss, ObjectState, SceneModel, SceneObject, SurfaceHit
+from gazemap.types.scene import Miss, ObjectState, SceneModel, SceneObject, SurfaceHit, SurfaceKind
 
 _OBJECT_SIGMA_M = 0.001  # flatness of a box's sides
 
@@ -33,11 +33,13 @@ class RayHits:
         reach_m: (N,) distance along the ray; infinite for a miss.
         normals_world: (N, 3) unit, towards the origin; any where there is no hit.
         object_index: (N,) index into the model's objects; -1 for the surface.
+        is_measured: (N,) whether what was met was measured beside the support, or filled in there.
     """
 
     reach_m: FloatArray
     normals_world: FloatArray
     object_index: IntArray
+    is_measured: BoolArray
 
     @property
     def is_hit(self) -> BoolArray:
@@ -58,6 +60,10 @@ class SceneCaster:
         self._surface = _raycasting_scene(
             [(model.background.vertices_world, model.background.triangles)]
         )
+        kinds, triangles = model.background.kinds, model.background.triangles
+        self._is_measured = np.zeros(len(triangles), dtype=bool)
+        if kinds is not None:
+            self._is_measured = kinds[triangles[:, 0]] != SurfaceKind.SUPPORT
         self._arrangements: dict[tuple[int, ...], Any] = {}
 
     def cast(
@@ -77,11 +83,15 @@ class SceneCaster:
     def _hit(self, hits: RayHits, i: int, point_world: FloatArray) -> SurfaceHit:
         k = int(hits.object_index[i])
         thing = None if k < 0 else self._model.objects[k]
+        sigma_m = _OBJECT_SIGMA_M
+        if thing is None:
+            measured = bool(hits.is_measured[i])
+            sigma_m = self._model.measured_sigma_m if measured else self._model.surface_sigma_m
         return SurfaceHit(
             point_world=point_world,
             normal_world=hits.normals_world[i],
             object_id=None if thing is None else thing.object_id,
-            sigma_m=self._model.surface_sigma_m if thing is None else _OBJECT_SIGMA_M,
+            sigma_m=sigma_m,
         )
 
     def cast_batch(
@@ -96,6 +106,10 @@ class SceneCaster:
         reach = answer["t_hit"].numpy().astype(np.float64)
         normals = answer["primitive_normals"].numpy().astype(np.float64)
         index = np.full(len(rays), -1, dtype=np.int64)
+        triangle = answer["primitive_ids"].numpy()
+        is_measured = np.zeros(len(rays), dtype=bool)
+        met = np.isfinite(reach)
+        is_measured[met] = self._is_measured[triangle[met]]
         boxes, owners = self._boxes(t_ns)
         if boxes is not None:
             near = boxes.cast_rays(tensor)
@@ -106,7 +120,9 @@ class SceneCaster:
             index[closer] = owners[near["geometry_ids"].numpy()[closer]]
         away = np.einsum("ij,ij->i", normals, directions_world) > 0
         normals[away] *= -1
-        return RayHits(reach_m=reach, normals_world=normals, object_index=index)
+        return RayHits(
+            reach_m=reach, normals_world=normals, object_index=index, is_measured=is_measured
+        )
 
     def _boxes(self, t_ns: int) -> tuple[Any, IntArray]:
         standing = [(k, thing, thing.at(t_ns)) for k, thing in enumerate(self._model.objects)]

@@ -78,6 +78,47 @@ class BoxFitConfig:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class SweepConfig:
+    """How surroundings are measured from several views of one camera.
+
+    Attributes:
+        views: so many views get a depth image.
+        pool: so many views are there to be compared with.
+        partners: views that each of them is compared with.
+        width_px: width of the images that are compared.
+        planes: depths that are tried.
+        patch_px: side of the patches that are compared.
+        grey_sigma: what a patch varies by is noise (8-bit grey levels).
+        min_alikeness: correlation below which nothing was measured.
+        step_cost: for a neighbour one plane off, in units of 1 - correlation.
+        jump_cost: for a neighbour farther off.
+        tolerance: depths of two views agree if they differ by less than this share.
+        min_agreeing: other views that must agree.
+        min_fitted_share: smaller parts of an image get no plane ...
+        max_fitted_share: ... nor do larger ones.
+        plane_tolerance: how far a plane's support may lie off it, as a share of its distance.
+        voxel_share: the fused surface is as fine as this share of the usual distance.
+    """
+
+    views: int = 16
+    pool: int = 40
+    partners: int = 3
+    width_px: int = 256
+    planes: int = 64
+    patch_px: int = 7
+    grey_sigma: float = 2.5
+    min_alikeness: float = 0.5
+    step_cost: float = 0.06
+    jump_cost: float = 0.5
+    tolerance: float = 0.02
+    min_agreeing: int = 2
+    min_fitted_share: float = 0.002
+    max_fitted_share: float = 0.5
+    plane_tolerance: float = 0.012
+    voxel_share: float = 0.012
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class SceneConfig:
     """Settings of the scene stage.
 
@@ -88,14 +129,18 @@ class SceneConfig:
         depth_period_s: depth images are fused this far apart.
         voxel_m: the fused surface is as fine as this.
         surface_sigma_m: standard deviation of the table along its normal.
+        measured_sigma_share: standard deviation of the surroundings, as a share of the usual
+            distance.
     """
 
     foreground: ForegroundConfig = field(default_factory=ForegroundConfig)
     sites: SiteConfig = field(default_factory=SiteConfig)
     fit: BoxFitConfig = field(default_factory=BoxFitConfig)
+    sweep: SweepConfig = field(default_factory=SweepConfig)
     head_period_s: float = 0.15
     rectified_period_s: float = 0.1
     margin_m: float = 0.10
     depth_period_s: float = 0.5
     voxel_m: float = 0.008
     surface_sigma_m: float = 0.0005
+    measured_sigma_share: float = 0.01

@@ -11,9 +11,7 @@ from numpy.typing import NDArray
 from gazemap.geometry.arrays import FloatArray, ImageArray
 from gazemap.scene.cast import open3d
 from gazemap.scene.crops import PosedCamera
-from gazemap.types.scene import Mesh
-
-_FAR_M = 4.0
+from gazemap.types.scene import Mesh, SurfaceKind
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -31,11 +29,19 @@ class DepthView:
     image: ImageArray | None = None
 
 
-def fuse_depth(views: Iterable[DepthView], *, voxel_m: float) -> Mesh | None:
+def fuse_depth(
+    views: Iterable[DepthView], *, voxel_m: float, far_m: float, kind: SurfaceKind
+) -> Mesh | None:
     """Return the fused surface in world, or None where the images show none.
 
     Each image is first drawn without its lens's distortion. What moved through the scene is
     averaged away by the images that saw through it.
+
+    Args:
+        views: what is fused; a voxel's weight is the number of images that saw it.
+        voxel_m: how fine the surface is.
+        far_m: depth beyond this is left out.
+        kind: what the surface is marked as.
 
     Source:
         Curless and Levoy 1996, as in Open3D's voxel blocks.
@@ -53,26 +59,31 @@ def fuse_depth(views: Iterable[DepthView], *, voxel_m: float) -> Mesh | None:
     )
     is_empty = True
     for view in views:
-        images = [o3d.t.geometry.Image(core.Tensor.from_numpy(x)) for x in _without_lens(view)]
+        straight = _without_lens(view)
+        if not ((straight[0] > 0) & (straight[0] < far_m)).any():
+            continue  # Open3D takes an image without depth for an error
+        images = [o3d.t.geometry.Image(core.Tensor.from_numpy(x)) for x in straight]
         lens = core.Tensor(np.array(view.view.camera.K))
         pose = core.Tensor(_cam_from_world(view.view))
-        blocks = grid.compute_unique_block_coordinates(images[0], lens, pose, 1.0, _FAR_M)
+        blocks = grid.compute_unique_block_coordinates(images[0], lens, pose, 1.0, far_m)
         if len(blocks) > 0:
-            grid.integrate(blocks, *images, lens, pose, 1.0, _FAR_M)
+            grid.integrate(blocks, *images, lens, pose, 1.0, far_m)
             is_empty = False
-    return None if is_empty else _mesh_of(grid)
+    return None if is_empty else _mesh_of(grid, kind)
 
 
-def _mesh_of(grid: Any) -> Mesh | None:  # noqa: ANN401 - Open3D has no types
+def _mesh_of(grid: Any, kind: SurfaceKind) -> Mesh | None:  # noqa: ANN401 - Open3D has no types
     """Return the surface of a volume as our record; what one image saw is enough."""
     mesh = grid.extract_triangle_mesh(0.5)
     if len(mesh.triangle.indices) == 0:
         return None
     colours = np.clip(mesh.vertex.colors.numpy(), 0, 1)
+    count = len(colours)
     return Mesh(
         vertices_world=mesh.vertex.positions.numpy().astype(np.float64),
         triangles=mesh.triangle.indices.numpy().astype(np.int64),
         colours=np.round(colours * 255).astype(np.uint8),
+        kinds=np.full(count, kind, dtype=np.uint8),
     )
 
 

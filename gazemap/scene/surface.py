@@ -7,7 +7,7 @@ import numpy as np
 from gazemap.geometry.arrays import FloatArray, ImageArray, IntArray
 from gazemap.scene.crops import PosedCamera, as_bgr
 from gazemap.types.frame import Frame
-from gazemap.types.scene import Mesh, SceneObject
+from gazemap.types.scene import Mesh, SceneObject, SurfaceKind
 
 _TABLE_RGB = np.array([150, 150, 150], dtype=np.uint8)
 _STEP_M = 0.004
@@ -35,6 +35,7 @@ def table_mesh(outline_xy: FloatArray, *, step_m: float = _STEP_M) -> Mesh:
         vertices_world=np.column_stack([grid, np.zeros(len(grid))]),
         triangles=np.concatenate([np.stack([a, b, c], 1), np.stack([b, d, c], 1)]),
         colours=np.tile(_TABLE_RGB, (len(grid), 1)),
+        kinds=np.full(len(grid), SurfaceKind.SUPPORT, dtype=np.uint8),
     )
 
 
@@ -77,17 +78,28 @@ def box_vertices(size_m: FloatArray) -> FloatArray:
 
 def with_boxes(background: Mesh, objects: tuple[SceneObject, ...]) -> Mesh:
     """Return a mesh with the objects where they first stood."""
-    vertices, triangles = [background.vertices_world], [background.triangles]
-    colours = [background.colours]
-    count = len(background.vertices_world)
-    for thing in objects:
-        pose = thing.track[0].T_world_body
-        vertices.append(pose.transform(box_vertices(thing.size_m)))
-        triangles.append(BOX_TRIANGLES + count)
-        colours.append(np.tile(np.clip(thing.mean_bgr[::-1], 0, 255).astype(np.uint8), (8, 1)))
-        count += 8
+    return joined([background, *(_box_mesh(thing) for thing in objects)])
+
+
+def _box_mesh(thing: SceneObject) -> Mesh:
+    colour = np.clip(thing.mean_bgr[::-1], 0, 255).astype(np.uint8)
     return Mesh(
-        vertices_world=np.concatenate(vertices),
-        triangles=np.concatenate(triangles),
-        colours=np.concatenate(colours),
+        vertices_world=thing.track[0].T_world_body.transform(box_vertices(thing.size_m)),
+        triangles=BOX_TRIANGLES,
+        colours=np.tile(colour, (8, 1)),
+        kinds=np.full(8, SurfaceKind.BOX, dtype=np.uint8),
+    )
+
+
+def joined(meshes: list[Mesh]) -> Mesh:
+    """Return several meshes (at least one) as one; kinds are kept where all have them."""
+    starts = np.cumsum([0, *(len(mesh.vertices_world) for mesh in meshes)])
+    kinds = [mesh.kinds for mesh in meshes if mesh.kinds is not None]
+    return Mesh(
+        vertices_world=np.concatenate([mesh.vertices_world for mesh in meshes]),
+        triangles=np.concatenate(
+            [mesh.triangles + start for mesh, start in zip(meshes, starts[:-1], strict=True)]
+        ),
+        colours=np.concatenate([mesh.colours for mesh in meshes]),
+        kinds=np.concatenate(kinds) if len(kinds) == len(meshes) else None,
     )

@@ -1,12 +1,21 @@
 """The scene: surface, objects and where a ray meets them."""
 
 from dataclasses import dataclass
-from enum import StrEnum
+from enum import IntEnum, StrEnum
 
 import numpy as np
 
 from gazemap.geometry.arrays import FloatArray, ImageArray, IntArray
 from gazemap.geometry.pose import Body, Overhead, Pose, World
+
+
+class SurfaceKind(IntEnum):
+    """How a part of the surface is known."""
+
+    SUPPORT = 0  # the plane on which things stand
+    MEASURED = 1  # depth in which views agree, or of depth images
+    FITTED = 2  # a plane between measured parts, where there was nothing to compare
+    BOX = 3  # a side of an object
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -17,11 +26,13 @@ class Mesh:
         vertices_world: (V, 3) metres.
         triangles: (F, 3) vertex indices.
         colours: (V, 3) uint8 RGB.
+        kinds: (V,) uint8 of `SurfaceKind`, or None where it was not handed on.
     """
 
     vertices_world: FloatArray
     triangles: IntArray
     colours: ImageArray
+    kinds: ImageArray | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -76,7 +87,8 @@ class SceneModel:
         background: the surface without the objects, into which rays are cast beside their boxes.
         objects: the things on the table with their resting places.
         T_world_overhead: the overhead camera's pose, or None without one.
-        surface_sigma_m: standard deviation of the surface along its normal.
+        surface_sigma_m: standard deviation of the support along its normal.
+        measured_sigma_m: the same of what was measured beside it.
     """
 
     mesh: Mesh
@@ -84,6 +96,7 @@ class SceneModel:
     objects: tuple[SceneObject, ...]
     T_world_overhead: Pose[World, Overhead] | None
     surface_sigma_m: float
+    measured_sigma_m: float = 0.01
 
 
 class HitKind(StrEnum):

@@ -11,7 +11,7 @@ from gazemap.geometry.pose import Pose
 from gazemap.scene.cast import SceneCaster
 from gazemap.scene.crops import PosedCamera
 from gazemap.scene.fusion import DepthView, fuse_depth
-from gazemap.types.scene import SceneModel, SurfaceHit
+from gazemap.types.scene import SceneModel, SurfaceHit, SurfaceKind
 
 RECORDING = Path(__file__).parents[4] / "shared" / "data" / "recordings" / "aria_adt"
 REDUCTION = 2
@@ -71,7 +71,12 @@ def fused(rig: dict, camera: Camera, k: int) -> SceneCaster:
     depth_mm = np.load(RECORDING / "rgb_export" / f"depth_{k:03}.npz")["a"]
     depth_m = (straightened(rig, camera, depth_mm) / 1000).astype(np.float32)
     posed = PosedCamera.of(camera, pose_of(rig, k), is_overhead=False)
-    mesh = fuse_depth([DepthView(depth_m=depth_m, view=posed)], voxel_m=0.003)
+    mesh = fuse_depth(
+        [DepthView(depth_m=depth_m, view=posed)],
+        voxel_m=0.003,
+        far_m=4.0,
+        kind=SurfaceKind.MEASURED,
+    )
     assert mesh is not None
     return SceneCaster(
         SceneModel(
