@@ -19,10 +19,10 @@ _ORDERLY_END_S: Final = 10.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Child:
-    """A console command that runs beside this process."""
+    """A console command that runs beside this process, for as long as this record is held."""
 
     process: subprocess.Popen[str]
-    lifeline: int
+    lifeline: IO[bytes]
 
     def stop(self) -> None:
         """End the process and wait for it; one that does not listen is killed."""
@@ -32,12 +32,13 @@ class Child:
         except subprocess.TimeoutExpired:
             self.process.kill()
             self.process.wait()
-        os.close(self.lifeline)
+        self.lifeline.close()
 
 
 def start(*arguments: str, stdout: IO[str] | int, stderr: IO[str] | int) -> Child:
     """Start `gazemap ARGUMENTS`."""
-    read_end, lifeline = os.pipe()
+    read_end, write_end = os.pipe()
+    lifeline = os.fdopen(write_end, "wb", buffering=0)
     try:
         process = subprocess.Popen(  # noqa: S603  our own interpreter
             [sys.executable, "-m", "services.cli", *arguments],

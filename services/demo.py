@@ -123,19 +123,28 @@ def _replay_and_watch(
         "replay", "replay", session, "--connect", endpoint, "--max-lead-s", str(_LEAD_S)
     )
     plan: Plan = {}
-    heard_s = time.monotonic()
-    while time.monotonic() - heard_s < _SILENCE_S:
+    moved_s, reached_ns = time.monotonic(), 0
+    while time.monotonic() - moved_s < _SILENCE_S:
         message = inbox.get(timeout_s=_POLL_S)
         processes.check()
         if message is None:
             continue
-        heard_s = time.monotonic()
         if message.stream is Stream.PLAN:
             plan = dict(decode_plan(message.payload).plan)
             watch(plan)
         elif _is_finished(message):
             return plan
-    raise GazemapError(f"the services fell silent; see {out / 'logs'}")
+        # A service that speaks but does not get on is waited for no longer than a silent one.
+        told_ns = _told_ns(message)
+        if told_ns > reached_ns:
+            moved_s, reached_ns = time.monotonic(), told_ns
+    raise GazemapError(f"the services do not get on; see {out / 'logs'}")
+
+
+def _told_ns(message: Message) -> int:
+    if message.stream is Stream.PLAN:
+        return decode_plan(message.payload).t_ns
+    return decode_status(message.payload, stream=message.stream).t_ns
 
 
 def _is_finished(message: Message) -> bool:

@@ -1,6 +1,7 @@
 """Publishes a recording as a rig would: every message at its time."""
 
 import logging
+import time
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
@@ -25,6 +26,9 @@ _MS = 1_000_000
 _PACE_POLL_S = 0.05
 # A service that says nothing for so long is not waited for.
 _SILENCE_S = 20.0
+# Nor one that speaks but does not get on; it takes a while to begin.
+_STANDSTILL_S = 120.0
+_HISTORY_S = 0.5
 _log = logging.getLogger(__name__)
 
 
@@ -115,8 +119,16 @@ class Pace:
         self._max_lead_s = max_lead_s
         self._inbox = Inbox()
         self._reached_ns: int | None = None
+        self._told_ns = 0
         if max_lead_s is not None:
             bus.subscribe(Stream.MAPPING_STATUS, self._inbox)
+            self._pass_over_history()
+
+    def _pass_over_history(self) -> None:
+        """Leave out what the service said of the session before: it is told to who comes late."""
+        end_s = time.monotonic() + _HISTORY_S
+        while time.monotonic() < end_s:
+            self._inbox.get(timeout_s=_PACE_POLL_S)
 
     def hold_back(self, t_ns: int, clock: Clock) -> float:
         """Wait until a message of this time may be sent; return how long that took in seconds."""
@@ -124,24 +136,33 @@ class Pace:
             return 0.0
         if self._reached_ns is None:
             self._reached_ns = t_ns
-        began_s = heard_s = clock.now_s()
+        began_s = heard_s = moved_s = clock.now_s()
         while t_ns - self._reached_ns > self._max_lead_s * 1e9:
             message = self._inbox.get(timeout_s=_PACE_POLL_S)
             if message is not None:
                 heard_s = clock.now_s()
-                self._reached_ns = max(self._reached_ns, _told_ns(message))
-            elif clock.now_s() - heard_s > _SILENCE_S or not clock.wait_until(clock.now_s()):
+                told_ns = _told_ns(message, before_ns=self._told_ns)
+                if told_ns < self._told_ns:
+                    # It was started anew and has lost what it was sent: it needs more to begin.
+                    self._reached_ns = t_ns
+                self._told_ns = told_ns
+                moved_s = heard_s if told_ns > self._reached_ns else moved_s
+                self._reached_ns = max(self._reached_ns, told_ns)
+            now_s = clock.now_s()
+            if now_s - heard_s > _SILENCE_S or now_s - moved_s > _STANDSTILL_S:
+                self._reached_ns = t_ns
+            if not clock.wait_until(now_s):
                 break
         return clock.now_s() - began_s
 
 
-def _told_ns(message: Message) -> int:
-    """Return how far the service says it has come; nowhere, in a message that is none of its."""
+def _told_ns(message: Message, *, before_ns: int) -> int:
+    """Return how far the service says it has come; as before, in a message that is none of its."""
     try:
         return decode_status(message.payload, stream=message.stream).t_ns
     except InputError as error:
         _log.warning("%s", error)
-        return 0
+        return before_ns
 
 
 def wait_for_services(bus: Bus, *, config: ReplayConfig, clock: Clock) -> frozenset[str]:

@@ -18,7 +18,8 @@ PARENT = """
 import subprocess, sys, time
 from services import children
 log = open(sys.argv[1], "w")
-print(children.start(*sys.argv[2:], stdout=log, stderr=log).process.pid, flush=True)
+child = children.start(*sys.argv[2:], stdout=log, stderr=log)
+print(child.process.pid, flush=True)
 time.sleep(60)
 """
 

@@ -9,7 +9,7 @@ from gazemap.wire.mapping import encode_status
 from services.bus.base import Inbox
 from services.bus.keys import Stream
 from services.bus.memory import Exchange, MemoryBus
-from services.replayer import ReplayConfig, replay, wait_for_services
+from services.replayer import Pace, ReplayConfig, replay, wait_for_services
 from tests.session_writer import SessionWriter
 
 
@@ -123,13 +123,53 @@ def test_services_are_waited_for():
     assert wait_for_services(bus, config=config, clock=clock) == frozenset()
 
 
-def test_a_status_that_is_none_holds_up_no_replay(writer):
+class TalkingClock(FakeClock):
+    """A clock that lets a second pass whenever it is asked, and a service say something."""
+
+    def __init__(self, bus, payloads):
+        super().__init__()
+        self.bus, self.payloads = bus, payloads
+
+    def now_s(self):
+        self.time_s += 1.0
+        self.bus.publish(Stream.MAPPING_STATUS, self.payloads[int(self.time_s) % 2])
+        return super().now_s()
+
+
+def status_at(t_ns):
+    return encode_status(ServiceStatus(service="mapping", t_ns=t_ns, level=Level.OK))
+
+
+@pytest.mark.parametrize("alien", [b"\xff no protobuf", status_at(0)])
+@pytest.mark.parametrize("told", [status_at(2**62), status_at(5)])
+def test_a_service_that_talks_but_does_not_get_on_holds_up_no_replay(writer, alien, told):
+    bus = MemoryBus(Exchange())
+    clock = TalkingClock(bus, (alien, told))
+    report = replay(
+        open_session(writer.path), bus, config=ReplayConfig(max_lead_s=0.5), clock=clock
+    )
+    assert report.is_whole
+
+
+def test_a_service_that_was_started_anew_is_sent_what_it_needs_to_begin():
     bus, clock = MemoryBus(Exchange()), FakeClock()
-    told = ServiceStatus(service="mapping", t_ns=2**62, level=Level.OK)
-    for payload in (b"\xff no protobuf", encode_status(told)):
-        bus.publish(Stream.MAPPING_STATUS, payload)
-    config = ReplayConfig(max_lead_s=0.1)
-    assert replay(open_session(writer.path), bus, config=config, clock=clock).is_whole
+    pace = Pace(bus, max_lead_s=0.1)
+    pace.hold_back(10**9, clock)
+    for told in (10**9, 0):
+        bus.publish(Stream.MAPPING_STATUS, status_at(told))
+    pace.hold_back(2 * 10**9, clock)
+    assert clock.time_s == 100.0
+
+
+def test_what_a_service_said_of_the_session_before_is_no_progress():
+    exchange, clock = Exchange(), FakeClock()
+    MemoryBus(exchange).publish(Stream.MAPPING_STATUS, status_at(2**62))
+    pace = Pace(MemoryBus(exchange), max_lead_s=0.1)
+    pace.hold_back(10**9, clock)
+    clock.stop_s = 0.0
+    before = len(clock.waits)
+    pace.hold_back(2 * 10**9, clock)
+    assert len(clock.waits) > before
 
 
 @pytest.mark.parametrize("changes", [{"rate": 0.0}, {"jpeg_quality": 0}])
