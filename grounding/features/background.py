@@ -1,10 +1,11 @@
 """Tell an object from the table it lies on, or say that there is none.
 
 The table is learnt from the patch's own border: up to three colours, each free to be darker or
-brighter along its own line through black, so that shadow and shading stay table (Horprasert,
-Harwood and Davis 1999: brightness against chromaticity distortion). What is left and lies near the
-middle is the object; pixels nearer to the table's colour than to the object's (stains, decals that
-touch it) are given back to the table.
+brighter along its own line through black, so that shadow and shading stay table (see `lines.py`).
+What is left and lies near the middle is the object. Where a region of one colour can be grown from
+the middle that is most of it (`top.py`), that region is taken: no side, shadow or stain is in it.
+Elsewhere pixels nearer to the table's colour than to the object's (stains, decals that touch it)
+are given back to the table.
 """
 
 from dataclasses import dataclass, replace
@@ -15,12 +16,13 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from grounding.features.lines import line_distances
+from grounding.features.top import grown_top
 from grounding.types import ImageArray
 
 Mask = NDArray[np.bool_]
 Image32 = NDArray[np.float32]
 
-_SUM: Final = np.ones((1, 3), np.float32)
 _BORDER: Final = 0.06  # of the shorter side
 _SHADOW: Final = 0.55  # a shadow on the table keeps at least this much of the light
 _MIN_RESIDUAL: Final = 13.0  # grey levels: below this two colours are not told apart
@@ -36,6 +38,8 @@ _FAINT_AREA: Final = 0.02  # of the patch
 _MIN_AREA: Final = 0.003  # of the patch
 _MAX_GAP: Final = 0.15  # of the shorter side, from the patch's middle to the object
 _MAX_AREA: Final = 0.97  # of the patch
+_TABLE_AROUND: Final = 0.6  # of the circumference
+_TOP_SHARE: Final = 0.6  # of what stands out: the rest is its sides, shadow or a stain
 
 
 class NoObjectReason(StrEnum):
@@ -81,18 +85,40 @@ def segment_object(image_bgr: ImageArray) -> Mask | NoObject:
     """
     if min(image_bgr.shape[:2]) < 8:
         return NoObject(reason=NoObjectReason.TOO_SMALL)
-    smooth = cv2.GaussianBlur(image_bgr, (3, 3), 0).astype(np.float32)
     table = _table_colours(image_bgr.astype(np.float32), _MIN_RESIDUAL)
-    if not table:
+    return _beside(table, image_bgr) if table else NoObject(reason=NoObjectReason.ALL_OBJECT)
+
+
+def _beside(table: list[_TableColour], image_bgr: ImageArray) -> Mask | NoObject:
+    """Return the mask of the object beside a table of known colours."""
+    blurred = np.asarray(cv2.GaussianBlur(image_bgr, (3, 3), 0), np.uint8)
+    smooth = blurred.astype(np.float32)
+    residual = _table_residual(smooth, table)
+    if np.count_nonzero(residual > 1) > _MAX_AREA * residual.size:
         return NoObject(reason=NoObjectReason.ALL_OBJECT)
-    residual = np.min([_residual(smooth, colour) / colour.threshold for colour in table], axis=0)
-    standing_out = residual > 1
-    if np.count_nonzero(standing_out) > _MAX_AREA * standing_out.size:
-        return NoObject(reason=NoObjectReason.ALL_OBJECT)
-    found = _central_piece(standing_out, centre=_centre_of(residual), side=min(residual.shape))
+    found = _central_piece(residual > 1, centre=_centre_of(residual), side=min(residual.shape))
+    top = grown_top(blurred, [(c.bgr, c.seen_darkest, c.seen_brightest) for c in table])
+    if top is not None and _is_whole(top, found):
+        return top
     if isinstance(found, NoObject):
         return _second_look(image_bgr, found)
+    if _border_share(found) > _TABLE_AROUND:
+        return NoObject(reason=NoObjectReason.ALL_TABLE)
     return _refined(smooth, found, residual * min(colour.threshold for colour in table))
+
+
+def _is_whole(top: Mask, found: Mask | NoObject) -> bool:
+    """Return whether the face grown from the middle is the thing, beside what stood out.
+
+    It is where it is most of what stood out, or has what did not stand out although it lies
+    within; but not the table that is seen through a ring.
+    """
+    if isinstance(found, NoObject):
+        return True
+    area, shared = int(np.count_nonzero(top)), int(np.count_nonzero(top & found))
+    if shared >= 0.9 * area:
+        return area >= _TOP_SHARE * int(np.count_nonzero(found))
+    return shared > 0.1 * area or not _is_within(top, found)
 
 
 def _second_look(image_bgr: ImageArray, first: NoObject) -> Mask | NoObject:
@@ -111,7 +137,7 @@ def _second_look(image_bgr: ImageArray, first: NoObject) -> Mask | NoObject:
     ]
     if not table:
         return first
-    residual = np.min([_residual(smooth, colour) / colour.threshold for colour in table], axis=0)
+    residual = _table_residual(smooth, table)
     found = _central_piece(residual > 1, centre=_centre_of(residual), side=min(residual.shape))
     if isinstance(found, NoObject) or found.mean() < _FAINT_AREA:
         return first
@@ -227,17 +253,16 @@ def _line_distance(
         factors: the stretch, darkest and brightest as factors of the colour.
         stray: how much of a difference in brightness along the stretch counts as distance.
     """
-    if not pixels.size:
-        return np.zeros(pixels.shape[:-1], np.float32)
-    # not `@`: a product this flat wakes all of BLAS's threads for nothing
-    row = pixels.reshape(-1, 1, 3)
-    along, norm = cv2.transform(row, bgr[None]).ravel(), np.float32(bgr @ bgr)
-    factor = np.clip(along / norm, np.float32(factors[0]), np.float32(factors[1]))
-    squared = cv2.transform(row * row, _SUM).ravel() - factor * (2 * along - factor * norm)
-    if stray:
-        squared += np.float32(stray**2) * norm * (1 - factor) ** 2
-    distance: Image32 = np.sqrt(np.maximum(squared, 0)).reshape(pixels.shape[:-1])
+    line = np.array([[*bgr.tolist(), *factors, stray, 1.0]])
+    distance: Image32 = line_distances(pixels.reshape(-1, 3), line).reshape(pixels.shape[:-1])
     return distance
+
+
+def _table_residual(pixels: Image32, table: list[_TableColour]) -> Image32:
+    """Return how far pixels (H, W, 3) are from the table, in units of what is table still."""
+    lines = np.array([[*c.bgr.tolist(), c.darkest, c.brightest, 0.0, c.threshold] for c in table])
+    residual: Image32 = line_distances(pixels.reshape(-1, 3), lines).reshape(pixels.shape[:-1])
+    return residual
 
 
 def _share(pixels: Image32, colour: _TableColour) -> float:
@@ -290,6 +315,22 @@ def _central_piece(mask: Mask, *, centre: tuple[float, float], side: int) -> Mas
         return NoObject(reason=NoObjectReason.OFF_CENTRE)
     best = large[np.argmax(areas[large - 1] * np.exp(-((gaps / 0.1) ** 2)))]
     return np.asarray(labels == best, bool)
+
+
+def _border_share(found: Mask) -> float:
+    """Return how much of the patch's circumference a mask covers: much of it is the table."""
+    rim = (found[0], found[-1], found[:, 0], found[:, -1])
+    return sum(int(np.count_nonzero(side)) for side in rim) / (2 * sum(found.shape))
+
+
+def _is_within(part: Mask, found: Mask) -> bool:
+    """Return whether a part lies within the outline of what was found."""
+    contours, _ = cv2.findContours(
+        found.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE
+    )
+    outline = np.zeros(found.shape, np.uint8)
+    cv2.drawContours(outline, contours, -1, 1, cv2.FILLED)
+    return int(np.count_nonzero(outline[part])) > 0.5 * int(np.count_nonzero(part))
 
 
 def _centre_of(patch: Image32) -> tuple[float, float]:

@@ -18,7 +18,8 @@ MAX_DISTANCES: Final = 500
 _GOLDEN: Final = 0.6180339887498949
 _TAIL: Final = 0.02
 _HANDFUL: Final = 5
-_RARE: Final = 0.001  # where the tail is held to the model
+_RARE: Final = 0.001  # where the tail is held to the model,
+_MODELLED: Final = 0.005  # which counts the features' resolution twice, and so is wide enough here
 _MIN_DECAY: Final = 0.25  # of the distance where the tail begins
 
 
@@ -58,7 +59,7 @@ def p_values(distances: FloatArray, known: FloatArray, *, dimension: int) -> Flo
     start = float(np.quantile(known, 1 - share))
     beyond = known[known > start] - start
     excess = float(np.median(beyond)) / np.log(2) if len(beyond) else 0.0
-    modelled = float(np.sqrt(chi2.isf(_RARE, dimension))) - start
+    modelled = float(np.sqrt(chi2.isf(_MODELLED, dimension))) - start
     decay = max(_MIN_DECAY * start, excess, modelled / np.log(share / _RARE))
     ranks = (1 + len(known) - np.searchsorted(known, distances)) / (1 + len(known))
     tail = share * np.exp(-np.maximum(distances - start, 0) / decay)

@@ -25,7 +25,14 @@ from grounding.symbols.model import (
     Word,
 )
 from grounding.symbols.records import LabelledPatch, Mode
-from grounding.symbols.robust import label_log_odds, label_right, patch_logs, tempering, typicality
+from grounding.symbols.robust import (
+    influence_of,
+    label_log_odds,
+    label_right,
+    patch_logs,
+    tempering,
+    typicality,
+)
 from grounding.types import FloatArray
 
 _MAX_OPEN: Final = 24
@@ -128,6 +135,7 @@ class _Weighed:
 
     log_odds: float = 0.0
     typical: float = 1.0
+    influence: float = 1.0
     squared: float | None = None
 
 
@@ -145,7 +153,7 @@ def _learn(
     config = model.config.robust
     count, log_odds = before.patches + 1, before.log_odds + weighed.log_odds * patch.weight
     temper = tempering(count, config)
-    own = before.moments.plus(Moments.single(sample, patch.weight * weighed.typical))
+    own = before.moments.plus(Moments.single(sample, patch.weight * weighed.influence))
     after = OpenSegment(
         segment=patch.segment,
         word=word,
@@ -186,7 +194,13 @@ def _weigh(model: SymbolModel, group: Group, word: str, sample: FloatArray) -> _
     logs = patch_logs(chosen, known.density, known.columns, model.anything, config)
     typical = typicality(np.array([squared]), chosen.shape[1], config)
     log_odds = label_log_odds(logs, np.array([place]))
-    return _Weighed(log_odds=float(log_odds[0]), typical=float(typical[0]), squared=squared)
+    influence = influence_of(typical) if group.is_sure else typical
+    return _Weighed(
+        log_odds=float(log_odds[0]),
+        typical=float(typical[0]),
+        influence=float(influence[0]),
+        squared=squared,
+    )
 
 
 def _right(log_odds: float, wrong_rate: float) -> float:

@@ -7,6 +7,7 @@ how likely each segment is right, and the moments of each word weighted with tha
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Final
 
 import numpy as np
@@ -22,6 +23,9 @@ from grounding.types import FloatArray
 _ITERATIONS: Final = 30
 _PATIENCE: Final = 4  # iterations before a segment may be of a stranger
 _CONVERGED: Final = 1e-6
+_TELLING: Final = 4  # patches of a segment tell which of them is unlike
+_UNLIKE: Final = 2.5  # spreads within a segment, root mean square over the features
+_STRAY: Final = 0.25  # typicality below which a patch shows something else
 _STRANGER: Final = 0.3  # of wrong segments that show no thing of the group
 _FIRST_SPREAD: Final = 1.0  # resolutions squared
 _JACKKNIFED: Final = 120  # segments that are left out in turn for the calibration
@@ -31,7 +35,7 @@ _ALIKE: Final = 4.0  # resolutions, root mean square over the group's features
 Indices = NDArray[np.intp]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Evidence:
     """What was said of a group of K words.
 
@@ -54,6 +58,25 @@ class Evidence:
     columns: list[int]
     anything: Moments
     light: LightSlope
+
+    @cached_property
+    def alike(self) -> FloatArray:
+        """(N,) weight of each patch beside the others of its segment: 1, less where it is unlike.
+
+        A segment shows one thing, so the patch that differs from most of its segment shows
+        something else, a bare table say, however wide the word is.
+        """
+        chosen = self.samples[:, self.columns]
+        weight = np.ones(len(chosen))
+        for segment in np.unique(self.segment):
+            rows = np.flatnonzero(self.segment == segment)
+            if len(rows) < _TELLING:
+                continue
+            off = np.abs(chosen[rows] - np.median(chosen[rows], axis=0))
+            spread = np.maximum(1.0, 1.5 * np.median(off, axis=0))
+            apart = np.sqrt(np.mean((off / spread) ** 2, axis=1))
+            weight[rows] = np.minimum(1.0, (_UNLIKE / np.maximum(apart, 1e-9)) ** 4)
+        return weight
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -122,11 +145,13 @@ def believe(
     if not strangers:
         logs[:, -1] = logs[:, 0] if logs.shape[1] == 2 else -np.inf
     totals = np.column_stack(
-        [_per_segment(column * evidence.weights, evidence) for column in logs.T]
+        [_per_segment(column * evidence.weights * evidence.alike, evidence) for column in logs.T]
     )
     right = label_right(label_log_odds(totals * temper[:, None], evidence.label), wrong_rate)
     typical = typicality(squared[np.arange(len(own)), own], chosen.shape[1], config)
-    weights = right[evidence.segment] * evidence.weights * typical
+    influence = influence_of(typical) if strangers else typical
+    typical = typical * evidence.alike
+    weights = right[evidence.segment] * evidence.weights * influence * evidence.alike
     moments = [
         Moments.of(
             evidence.samples,
@@ -146,7 +171,9 @@ def known_distances(evidence: Evidence, belief: Belief, config: RobustConfig) ->
     for segment in believed[:: max(1, step)]:
         inside = evidence.segment == segment
         word = int(evidence.label[segment])
-        weights = evidence.weights[inside] * belief.typical[inside] * belief.right[segment]
+        influence = influence_of(belief.typical[inside])
+        weights = evidence.weights[inside] * influence * belief.right[segment]
+        weights *= evidence.alike[inside]
         count = int(np.count_nonzero(inside))
         temper = tempering(count, config)
         own = Moments.of(evidence.samples[inside], weights, effective=float(weights.sum()) * temper)
@@ -193,6 +220,15 @@ def typicality(squared: FloatArray, dimension: int, config: RobustConfig) -> Flo
     """Return the weight of patches at squared distances: 1, less for a stray one."""
     weight = (config.tail_dof + dimension) / (config.tail_dof + squared)
     return np.minimum(1.0, weight)
+
+
+def influence_of(typical: FloatArray) -> FloatArray:
+    """Return what patches count for a word's moments, from how typical they are.
+
+    As much as they are typical, but what is no such thing at all counts for nothing: a bare table
+    in a right segment must not widen the word, however far off it is.
+    """
+    return typical * np.minimum(1.0, (typical / _STRAY) ** 2)
 
 
 def label_log_odds(totals: FloatArray, label: Indices) -> FloatArray:

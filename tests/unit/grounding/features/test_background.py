@@ -1,3 +1,4 @@
+import cv2
 import numpy as np
 import pytest
 
@@ -76,3 +77,18 @@ def test_a_thing_at_the_edge_is_not_in_the_middle():
     image = np.full((128, 128, 3), (90, 130, 170), np.uint8)
     image[5:25, 5:25] = (40, 40, 200)
     assert segment_object(image) == NoObject(reason=NoObjectReason.OFF_CENTRE)
+
+
+def test_another_thing_at_the_rim_of_a_bare_table_is_no_error():
+    image = np.full((96, 96, 3), (90, 130, 170), np.uint8)
+    image[:, 76:] = (60, 160, 60)
+    assert isinstance(segment_object(image), NoObject)
+
+
+def test_the_top_of_a_black_thing_is_found_beside_its_shadow():
+    image = np.full((128, 128, 3), (86, 92, 42), np.uint8)
+    image[30:70, 60:90] = (40, 43, 20)
+    image[50:84, 46:80] = (28, 28, 30)
+    mask = segment_object(cv2.GaussianBlur(image, (3, 3), 0))
+    assert not isinstance(mask, NoObject)
+    assert 0.93 * 34**2 < np.count_nonzero(mask) < 1.08 * 34**2

@@ -207,3 +207,20 @@ def test_the_same_patches_give_the_same_model(trained: Trained, model: SymbolMod
         np.array_equal(again.words[word].moments.mean, model.words[word].moments.mean)
         for word in model.words
     )
+
+
+def test_bare_tables_in_right_segments_do_not_widen_a_word(trained: Trained):
+    rng = np.random.default_rng(8)
+    small = [features_of(Thing(colour="red", shape=Shape.CELL), Scene(), rng) for _ in range(8)]
+    spoilt = []
+    for seen, patch in enumerate(trained.patches):
+        stray = seen % 16 == 0 and patch.symbols[1] == "cube"
+        spoilt.append(replace(patch, features=small[seen % 8]) if stray else patch)
+    clean, with_strays = (_log_area_spread(each) for each in (trained.patches, spoilt))
+    assert with_strays < 1.6 * clean
+
+
+def _log_area_spread(patches: list[LabelledPatch]) -> float:
+    model = fit_symbols(patches, SymbolConfig())
+    moments, column = model.words["cube"].moments, model.features.index("log area")
+    return float(np.sqrt(moments.scatter[column, column] / moments.weight))

@@ -1,0 +1,1 @@
+"""Patches that the product's own simulator did not draw: ray-cast solids on other tables."""
