@@ -24,7 +24,7 @@ from services.answers import answer_classify, answer_parse, ground_now
 from services.bus.base import Bus, Inbox, Message
 from services.bus.zenoh import ZenohConfig
 from services.grounding_output import GroundingOutput
-from services.health import FINISHED, IS_METRIC, Health
+from services.health import FINISHED, IS_METRIC, SENT, Health
 from services.lessons import TargetLesson, VerbLesson, WordLesson, lesson_of
 from services.present import look_at, present_scene
 from services.translate import instance, observation
@@ -38,6 +38,15 @@ from services.wire.queries import (
 
 NAME: Final = "grounding"
 _WAIT_S: Final = 0.2
+_STRAGGLERS_S: Final = 3.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class End:
+    """What mapping said at the end of a session: how much it sent, and when it said so."""
+
+    sent_count: int
+    told_s: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -76,6 +85,8 @@ class GroundingService:
         self._grounded: SessionGrounding | None = None
         self._model = fit_symbols((), config.grounding.symbols)
         self._is_stale, self._is_over = False, False
+        self._end: End | None = None
+        self._got_count = 0
         self._last_s = 0.0
         self._takers: dict[Stream, Callable[[bytes], None]] = {
             Stream.SESSION: self._take_session,
@@ -113,9 +124,16 @@ class GroundingService:
             message = self.inbox.get(timeout_s=_WAIT_S)
             if message is not None:
                 self.take(message)
+            self._finish_or_say_why()
             if self._is_stale and time.monotonic() - self._last_s >= self._config.period_s:
                 self._update_or_say_why()
             self._health.beat(self._figures)
+
+    def _finish_or_say_why(self) -> None:
+        try:
+            self._finish_if_all_is_there()
+        except Exception as error:  # noqa: BLE001  a service's boundary
+            self._health.fail(error, what=Stream.PLAN)
 
     def _update_or_say_why(self) -> None:
         self._last_s = time.monotonic()
@@ -141,7 +159,7 @@ class GroundingService:
         info = rig.decode_session(payload)
         self._live = self._begin(info.name, heading_rad=info.wearer_heading_rad)
         self._images.clear()
-        self._is_over = False
+        self._is_over, self._end, self._got_count = False, None, 0
         self._output.restart()
         self._health.restart(info.name)
 
@@ -153,11 +171,13 @@ class GroundingService:
     def _take_fixation(self, payload: bytes) -> None:
         fixation = mapping.decode_fixation(payload)
         self._live.looked(observation(fixation))
+        self._got_count += 1
         self._health.reached(fixation.fixation.end_ns)
         self._is_stale = True
 
     def _take_object(self, payload: bytes) -> None:
         self._live.saw(instance(mapping.decode_object(payload)))
+        self._got_count += 1
         self._is_stale = True
 
     def _take_calibration(self, payload: bytes) -> None:
@@ -184,6 +204,16 @@ class GroundingService:
                 Scale.METRIC if status.figures[IS_METRIC] else Scale.ARBITRARY
             ).value
         if status.figures.get(FINISHED):
+            self._end = End(sent_count=int(status.figures.get(SENT, 0)), told_s=time.monotonic())
+            self._finish_if_all_is_there()
+
+    def _finish_if_all_is_there(self) -> None:
+        """End the session once all that mapping sent has arrived: streams overtake one another."""
+        if self._end is None:
+            return
+        is_late = time.monotonic() - self._end.told_s > _STRAGGLERS_S
+        if self._got_count >= self._end.sent_count or is_late:
+            self._end = None
             self.update(is_finished=True)
             self._health.finish(self._figures)
 

@@ -16,6 +16,7 @@ _KEPT_COMPLAINTS: Final = 20
 _LOGGED_COMPLAINTS: Final = 1000
 FINISHED: Final = "finished"
 IS_METRIC: Final = "is_metric"
+SENT: Final = "sent"
 _log = logging.getLogger(__name__)
 Figures = Callable[[], Mapping[str, float]]
 

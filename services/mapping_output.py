@@ -7,7 +7,7 @@ from gazemap.types.tracking import Tracked
 from gazemap.wire import mapping, surface
 from gazemap.wire.streams import Stream
 from services.bus.base import Bus
-from services.health import Health
+from services.health import SENT, Health
 from services.latest import LatestMessages
 
 
@@ -25,8 +25,10 @@ class MappingOutput:
             self._bus.publish(Stream.MAP_EVENT, mapping.encode_map_event(event))
         for thing in news.objects:
             self._bus.publish(Stream.OBJECT, mapping.encode_object(thing))
+            self._health.count(SENT)
         for fixation in news.fixations:
             self._bus.publish(Stream.FIXATION, mapping.encode_fixation(fixation))
+            self._health.count(SENT)
         if news.objects:
             self._say_mesh(current)
 

@@ -124,8 +124,9 @@ def latest_plan(exchange):
     return wire.decode_plan(ask(exchange, Stream.PLAN, b"")).plan
 
 
-def finish(exchange, service):
-    status = ServiceStatus(service="mapping", t_ns=T0_NS, level=Level.OK, figures={"finished": 1.0})
+def finish(exchange, service, **figures):
+    figures = {"finished": 1.0, **figures}
+    status = ServiceStatus(service="mapping", t_ns=T0_NS, level=Level.OK, figures=figures)
     MemoryBus(exchange).publish(Stream.MAPPING_STATUS, mapping.encode_status(status))
     drain(service)
 
@@ -282,3 +283,14 @@ def test_a_question_after_the_end_leaves_the_plan_as_it_is(exchange, service):
     answered = queries.decode_ground_answer(ask(exchange, Stream.GROUND, nothing))
     assert answered == before
     assert latest_plan(exchange) == before
+
+
+def test_the_end_waits_for_what_mapping_sent_before_it(exchange, service):
+    sent = len(THINGS) + 6
+    finish(exchange, service, sent=float(sent + 1))
+    assert not service._is_over
+    MemoryBus(exchange).publish(Stream.FIXATION, mapping.encode_fixation(fixation(7, "object-1")))
+    drain(service)
+    service._finish_if_all_is_there()
+    assert service._is_over
+    assert latest_plan(exchange)["instructions"][0]["patches"]
