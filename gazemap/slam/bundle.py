@@ -26,6 +26,7 @@ class BundleProblem:
         focal_px: what turns flat units into pixels.
         cauchy_px: scale of the robust loss.
         iterations: at most so many.
+        refine_focal: whether the focal length is solved for as well.
     """
 
     R_cam_map: FloatArray
@@ -37,15 +38,17 @@ class BundleProblem:
     focal_px: float
     cauchy_px: float
     iterations: int = 30
+    refine_focal: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class BundleSolution:
-    """The adjusted cameras (K, 3, 3), (K, 3) and points (P, 3)."""
+    """The adjusted cameras (K, 3, 3), (K, 3) and points (P, 3); by what the focal length grew."""
 
     R_cam_map: FloatArray
     t_cam_map: FloatArray
     points_map: FloatArray
+    focal_factor: float = 1.0
 
 
 def adjust(problem: BundleProblem) -> BundleSolution:
@@ -60,7 +63,7 @@ def adjust(problem: BundleProblem) -> BundleSolution:
 
     rec, point_ids = _reconstruction(problem)
     options = pycolmap.BundleAdjustmentOptions(
-        refine_focal_length=False,
+        refine_focal_length=problem.refine_focal,
         refine_principal_point=False,
         refine_extra_params=False,
         refine_sensor_from_rig=False,
@@ -134,4 +137,5 @@ def _solution(problem: BundleProblem, rec, ids: dict[int, int]) -> BundleSolutio
         R[image_id - 1], t[image_id - 1] = matrix[:, :3], matrix[:, 3]
     for j, point_id in ids.items():
         points[j] = rec.points3D[point_id].xyz
-    return BundleSolution(R_cam_map=R, t_cam_map=t, points_map=points)
+    focal_factor = float(rec.cameras[1].params[0]) / problem.focal_px
+    return BundleSolution(R_cam_map=R, t_cam_map=t, points_map=points, focal_factor=focal_factor)

@@ -11,6 +11,7 @@ from gazemap.geometry.camera import Camera
 from gazemap.ports import Progress
 from gazemap.slam.bundle import BundleProblem, adjust
 from gazemap.slam.config import SlamConfig
+from gazemap.slam.focal import estimate_focal, with_focal
 from gazemap.slam.frame_path import FramePath, shutter_shift
 from gazemap.slam.framewise import FrameViews, pose_frames
 from gazemap.slam.front import Skeleton
@@ -23,7 +24,8 @@ from gazemap.slam.video import GreyVideo
 _OUTLIER_PX = 2.0
 _FEWEST_KEYFRAMES = 3
 _LOSS_WIDENING = (4.0, 1.0)
-_SHUTTER_ROUNDS = 2
+_SHUTTER_ROUNDS = 4
+_FOCAL_ROUNDS = 2
 _THREADS = 2
 _FRAMES_AHEAD = 8
 _NOTHING = PatchViews(point=np.empty(0, dtype=np.int64), uv_px=np.empty((0, 2)), zncc=np.empty(0))
@@ -85,6 +87,7 @@ def refine(
     _finish(fine, search)
     if camera.readout_s is None:
         _calibrate_shutter(fine, search)
+    _calibrate_focal(fine, search)
     return fine
 
 
@@ -111,6 +114,32 @@ def _calibrate_shutter(refined: RefinedMap, search: "_Search") -> None:
             return
         readout_s = (refined.camera.readout_s or 0.0) + estimate.extra_s
         refined.camera = refined.camera.with_readout(readout_s)
+        _finish(refined, replace(search, camera=refined.camera))
+
+
+def _calibrate_focal(refined: RefinedMap, search: "_Search") -> None:
+    """Refine the focal length and adjust anew, where the views demand it."""
+    structure, frames = search.skeleton.structure, search.skeleton.frames
+    for _ in range(_FOCAL_ROUNDS):
+        views = still_views(refined, search.path, refined.camera)
+        problem = bundle_problem(
+            refined, structure, frames=frames, views=views, config=search.config
+        )
+        in_cam = np.einsum(
+            "nij,nj->ni", problem.R_cam_map[problem.camera_index],
+            problem.points_map[problem.point_index],
+        ) + problem.t_cam_map[problem.camera_index]  # fmt: skip
+        off = np.linalg.norm(in_cam[:, :2] / in_cam[:, 2:] - problem.flat, axis=1)
+        keep = refined.is_good[problem.point_index] & (off * problem.focal_px < _OUTLIER_PX)
+        estimate = estimate_focal(
+            replace(
+                problem, camera_index=problem.camera_index[keep],
+                point_index=problem.point_index[keep], flat=problem.flat[keep],
+            )
+        )  # fmt: skip
+        if not estimate.is_significant:
+            return
+        refined.camera = with_focal(refined.camera, estimate.factor)
         _finish(refined, replace(search, camera=refined.camera))
 
 
@@ -257,25 +286,46 @@ def adjust_keyframes(
     The first loss is wide: where old and new views of a place disagree by a pixel, a narrow one
     would believe whichever are more and throw the others out.
     """
-    posed = np.flatnonzero(structure.is_posed)
-    seen = [views[frames[k]] for k in posed]
-    camera_index = np.repeat(np.arange(len(posed)), [len(v.point) for v in seen])
-    point_index = np.concatenate([v.point for v in seen])
-    flat = np.concatenate([v.flat for v in seen])
-    keep = np.ones(len(flat), dtype=np.bool_)
-    R, t, points = structure.R_cam_map[posed], structure.t_cam_map[posed], refined.points_map
+    whole = bundle_problem(refined, structure, frames=frames, views=views, config=config)
+    keep = np.ones(len(whole.flat), dtype=np.bool_)
+    R, t, points = whole.R_cam_map, whole.t_cam_map, whole.points_map
     for widening in _LOSS_WIDENING:
         solved = adjust(
-            BundleProblem(
-                R_cam_map=R, t_cam_map=t, points_map=points, camera_index=camera_index[keep],
-                point_index=point_index[keep], flat=flat[keep], focal_px=structure.focal_px,
-                cauchy_px=widening * config.final_cauchy_px,
+            replace(
+                whole, R_cam_map=R, t_cam_map=t, points_map=points,
+                camera_index=whole.camera_index[keep], point_index=whole.point_index[keep],
+                flat=whole.flat[keep], cauchy_px=widening * config.final_cauchy_px,
             )
         )  # fmt: skip
         R, t, points = solved.R_cam_map, solved.t_cam_map, solved.points_map
-        in_cam = np.einsum("nij,nj->ni", R[camera_index], points[point_index]) + t[camera_index]
-        off = np.linalg.norm(in_cam[:, :2] / in_cam[:, 2:] - flat, axis=1) * structure.focal_px
-        keep = off < _OUTLIER_PX
+        in_cam = np.einsum("nij,nj->ni", R[whole.camera_index], points[whole.point_index])
+        in_cam += t[whole.camera_index]
+        off = np.linalg.norm(in_cam[:, :2] / in_cam[:, 2:] - whole.flat, axis=1)
+        keep = off * structure.focal_px < _OUTLIER_PX
+    posed, point_index = structure.is_posed, whole.point_index
     structure.R_cam_map[posed], structure.t_cam_map[posed] = R, t
     refined.points_map = points
     refined.is_good = np.bincount(point_index[keep], minlength=len(points)) >= _FEWEST_KEYFRAMES
+
+
+def bundle_problem(
+    refined: RefinedMap,
+    structure: Structure,
+    *,
+    frames: IntArray,
+    views: list[FrameViews],
+    config: SlamConfig,
+) -> BundleProblem:
+    """Return the adjustment of all posed keyframes and points on what patches found."""
+    posed = np.flatnonzero(structure.is_posed)
+    seen = [views[frames[k]] for k in posed]
+    return BundleProblem(
+        R_cam_map=structure.R_cam_map[posed],
+        t_cam_map=structure.t_cam_map[posed],
+        points_map=refined.points_map,
+        camera_index=np.repeat(np.arange(len(posed)), [len(v.point) for v in seen]),
+        point_index=np.concatenate([v.point for v in seen]),
+        flat=np.concatenate([v.flat for v in seen]),
+        focal_px=structure.focal_px,
+        cauchy_px=config.final_cauchy_px,
+    )

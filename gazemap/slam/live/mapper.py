@@ -96,6 +96,7 @@ class Mapper:
 
     def _extend(self, note: KeyframeNote) -> Reply:
         self._map.drop_features(note.vanished_ids)
+        self._use_readout(note.readout_s)
         keyframe = self._add(note)
         front_end = self._config.front_end
         measure_everything(self._map, keyframe, config=front_end)
@@ -110,6 +111,12 @@ class Mapper:
             *self._merge(keyframe),
         )
         return self._update(note.keyframe_id, events=events)
+
+    def _use_readout(self, readout_s: float | None) -> None:
+        """Take over a read-out time that tracking has found."""
+        if readout_s != self._camera.readout_s:
+            self._camera = self._camera.with_readout(readout_s)
+            self._map.camera = self._camera
 
     def _load(self, path: Path) -> Reply:
         try:

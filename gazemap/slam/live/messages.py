@@ -26,6 +26,7 @@ class KeyframeNote:
         vanished_ids: (V,) points that were looked for often and hardly ever found.
         born_ids: (B,) corners that are new; this frame holds their reference.
         born_uv_px: (B, 2) even pixels.
+        readout_s: of the camera's shutter, as far as it is known.
     """
 
     keyframe_id: int
@@ -39,6 +40,7 @@ class KeyframeNote:
     vanished_ids: IntArray
     born_ids: IntArray
     born_uv_px: FloatArray
+    readout_s: float | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

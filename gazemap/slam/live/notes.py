@@ -92,6 +92,7 @@ class Notes:
             vanished_ids=poses.vanished_ids(),
             born_ids=born_ids,
             born_uv_px=born_px,
+            readout_s=poses.readout_s,
         )
 
     def _new_ids(self, count: int) -> IntArray:

@@ -17,9 +17,11 @@ from gazemap.slam.live.motion import Motion, twist_between
 from gazemap.slam.live.patches import Pyramid, align_patches
 from gazemap.slam.live.places import PlaceIndex
 from gazemap.slam.live.refine import PoseFit, PoseProblem, refine_pose
+from gazemap.slam.live.shutter import ShutterWatch
 from gazemap.types.tracking import LostReason
 
 _INLIER_SIGMAS = 4.0
+_WIDEST_INLIER_SIGMAS = 12.0
 _FLOW_REACH_PX = 3.0
 _PRIOR_REACH_PX = 6.0
 # Of the points that should be seen after relocalising; a wrong place finds hardly any.
@@ -60,12 +62,18 @@ class PoseTracker:
         self.landmarks = Landmarks.none()
         self.candidates = Candidates(camera)
         self._places = PlaceIndex(camera)
+        self._shutter = ShutterWatch(camera)
         self._flow_ids: IntArray = np.empty(0, np.int64)
         self._flow_uv_px: FloatArray = np.empty((0, 2))
         self._grey: ImageArray | None = None
         # How often each landmark was looked for and found.
         self._sought: IntArray = np.empty(0, np.int64)
         self._hits: IntArray = np.empty(0, np.int64)
+
+    @property
+    def readout_s(self) -> float | None:
+        """The read-out time as it was told, or as far as it has been found."""
+        return self._shutter.camera.readout_s
 
     def take(self, update: MapUpdate) -> None:
         """Use a new state of the map; references of known points are kept."""
@@ -191,7 +199,10 @@ class PoseTracker:
         fit = refine_pose(T_cam_world, problem)
         if fit is None:
             return LostReason.DIVERGED
-        inlier = fit.inliers(_INLIER_SIGMAS)
+        self._shutter.observe(fit.T_cam_world, problem, uv_px[:, 1])
+        # Where all points scatter more, under blur or an unknown shutter, more of it is no outlier.
+        scatter = 3.0 * float(np.median(fit.error))
+        inlier = fit.inliers(float(np.clip(scatter, _INLIER_SIGMAS, _WIDEST_INLIER_SIGMAS)))
         self._sought[view.rows] += 1
         self._hits[rows[inlier]] += 1
         if inlier.sum() < max(self._config.least_inliers, 0.3 * len(rows)):
@@ -227,7 +238,7 @@ class PoseTracker:
             points_world=points_world,
             xy=self._camera.normalize(uv_px),
             sigma=np.full(len(uv_px), sigma_px / self._focal_px),
-            dt_s=self._camera.row_delay_ns(uv_px[:, 1]) * 1e-9,
+            dt_s=self._shutter.camera.row_delay_ns(uv_px[:, 1]) * 1e-9,
             twist=twist,
         )
 

@@ -42,6 +42,9 @@ _THIN_SHARE = 0.4
 _THIN_GAP_FRAMES = 10
 # For so long after a loss the last frame is still near enough to follow points from.
 _FLOW_SPAN_NS = 500_000_000
+# A map of so few keyframes that is lost was hardly good: another start is worth more than waiting.
+_YOUNG_KEYFRAMES = 8
+_YOUNG_PATIENCE_NS = 300_000_000
 
 
 class LiveTracker:
@@ -208,6 +211,8 @@ class LiveTracker:
     def _begin_anew(self, grey: ImageArray, t_ns: int, reason: LostReason) -> TrackingOutcome:
         """Start another map when the way back was not found for long."""
         patience_ns = int(self._config.new_map_after_s * 1e9)
+        if self._update is not None and len(self._update.keyframe_centres_world) < _YOUNG_KEYFRAMES:
+            patience_ns = min(patience_ns, _YOUNG_PATIENCE_NS)
         if self._lost_since_ns is None or t_ns - self._lost_since_ns < patience_ns:
             return Lost(t_ns=t_ns, reason=reason)
         self._receive(wait=True)

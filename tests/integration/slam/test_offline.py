@@ -170,6 +170,15 @@ def test_the_size_of_tags_gives_the_scale_where_no_layout_does(session, poses):
     assert {tag.tag_id for tag in result.surveyed_tags} >= {2, 3}
 
 
+def test_a_wrong_focal_length_is_put_right_and_a_right_one_stays(session, result):
+    assert result.camera.K[0, 0] == planes.CAMERA.K[0, 0]
+    K = planes.CAMERA.K.copy()
+    K[[0, 1], [0, 1]] *= 1.04
+    wrong = replace(session, scene_camera=replace(planes.CAMERA, K=K))
+    found = map_session(wrong, SlamConfig(), use_tags=False).camera.K[0, 0]
+    assert found == pytest.approx(planes.CAMERA.K[0, 0], rel=0.005)
+
+
 def test_points_lie_on_the_planes_within_a_few_sigma(result):
     z = result.map.points_world[:, 2]
     sigma = np.sqrt(result.map.cov_world[:, 2, 2])
