@@ -11,6 +11,7 @@ from gazemap.slam.live.refine import PoseProblem
 from gazemap.slam.rolling_shutter import ShutterEvidence
 
 _FEWEST_FRAMES: Final = 20
+_MOST_FRAMES: Final = 640
 _ASKED_EVERY: Final = 10
 _FEWEST_POINTS: Final = 25
 _CAUCHY_PX: Final = 1.0
@@ -30,6 +31,7 @@ class ShutterWatch:
         self._unit = camera.with_readout(1.0)
         self._evidence = ShutterEvidence()
         self._frames = 0
+        self._fewest = _FEWEST_FRAMES
 
     def observe(
         self, T_cam_world: Pose[Cam, World], problem: PoseProblem, v_px: FloatArray
@@ -50,7 +52,7 @@ class ShutterWatch:
             cauchy=_CAUCHY_PX / float(self.camera.K[0, 0]),
         )
         self._frames += 1
-        if self._frames >= _FEWEST_FRAMES and self._frames % _ASKED_EVERY == 0:
+        if self._frames >= self._fewest and self._frames % _ASKED_EVERY == 0:
             self._ask()
 
     def _ask(self) -> None:
@@ -60,3 +62,5 @@ class ShutterWatch:
         readout_s = (self.camera.readout_s or 0.0) + estimate.extra_s
         self.camera = self.camera.with_readout(float(np.clip(readout_s, -_LONGEST_S, _LONGEST_S)))
         self._evidence, self._frames = ShutterEvidence(), 0
+        # Each answer is worth more frames than the one before: it settles.
+        self._fewest = min(2 * self._fewest, _MOST_FRAMES)
