@@ -21,15 +21,44 @@ def to_json_lines(plan: GroundedPlan) -> str:
     )
 
 
+def to_pddl_domain(plan: GroundedPlan) -> str:
+    """Return the PDDL domain of a plan's problem: picking, placing, and the words as predicates."""
+    words = sorted({_atom(word) for each in _sure(plan) for word in each.spoken.instruction.target})
+    lines = [
+        "(define (domain tabletop)",
+        "  (:requirements :strips :typing :negative-preconditions)",
+        "  (:types thing place)",
+        "  (:predicates",
+        *(f"    (is-{word} ?thing - thing)" for word in words),
+        "    (at ?thing - thing ?place - place)",
+        "    (located ?place - place)",
+        "    (holding ?thing - thing)",
+        "    (hand-empty)",
+        "  )",
+        "  (:action pick",
+        "    :parameters (?thing - thing ?place - place)",
+        "    :precondition (and (at ?thing ?place) (located ?place) (hand-empty))",
+        "    :effect (and (holding ?thing) (not (at ?thing ?place)) (not (hand-empty)))",
+        "  )",
+        "  (:action place",
+        "    :parameters (?thing - thing ?place - place)",
+        "    :precondition (and (holding ?thing) (located ?place))",
+        "    :effect (and (at ?thing ?place) (hand-empty) (not (holding ?thing)))",
+        "  )",
+        ")",
+    ]
+    return "\n".join(lines) + "\n"
+
+
 def to_pddl(plan: GroundedPlan) -> str:
     """Return a PDDL problem: the things, their words as facts, and where they are to go.
 
     Only what is grounded is a fact; the rest is named in comments. Predicates: `(is-WORD ?thing)`,
     `(at ?thing ?place)`, and `(located ?place)` with the position behind it as a comment.
     """
-    sure = [each for each in plan.instructions if each.status is Status.GROUNDED]
+    sure = _sure(plan)
     things = {_thing(each): each for each in reversed(sure)}
-    init, goal, places = [], {}, []
+    init, goal, places = ["(hand-empty)"], {}, []
     for name, each in sorted(things.items()):
         init += [f"(is-{_atom(word)} {name})" for word in each.spoken.instruction.target]
         init.append(f"(at {name} start-{name})")
@@ -41,12 +70,15 @@ def to_pddl(plan: GroundedPlan) -> str:
         name = f"place-{each.spoken.index}"
         places.append((name, each.location.position_world))
         goal[_thing(each)] = f"(at {_thing(each)} {name})"
+    typed = [(sorted(things), "thing"), ([name for name, _ in places], "place")]
     lines = [
         f"(define (problem {_atom(plan.session)})",
         "  (:domain tabletop)",
-        f"  (:objects {' '.join(sorted(things))} - thing {' '.join(n for n, _ in places)} - place)",
+        "  (:objects",
+        *(f"    {' '.join(names)} - {kind}" for names, kind in typed if names),
+        "  )",
         "  (:init",
-        *(f"    {fact}" for fact in init),
+        *(f"    {fact}" for fact in dict.fromkeys(init)),
         *(f"    (located {name}) ; {_metres(position)}" for name, position in places),
         "  )",
         "  (:goal (and",
@@ -60,6 +92,10 @@ def to_pddl(plan: GroundedPlan) -> str:
         ")",
     ]
     return "\n".join(lines) + "\n"
+
+
+def _sure(plan: GroundedPlan) -> list[GroundedInstruction]:
+    return [each for each in plan.instructions if each.status is Status.GROUNDED]
 
 
 def to_behavior_tree(plan: GroundedPlan) -> str:

@@ -24,8 +24,10 @@ from gazemap.session.opening import open_session
 from gazemap.session.tum_file import write_tum
 from gazemap.slam.colmap import write_colmap
 from gazemap.types.scene import SceneModel
+from grounding.exports import to_behavior_tree, to_json_lines, to_pddl, to_pddl_domain
 from grounding.patches.patch import PATCH_COLUMNS, Patch
 from grounding.pipeline import GroundingConfig, SessionGrounding
+from grounding.plan import GroundedPlan
 from grounding.symbols.document import to_json
 from services.rebuild.grounding_stage import Mapped, ground
 from services.rebuild.outputs import (
@@ -167,9 +169,19 @@ def write_grounding(rebuilt: Rebuilt, out: Path) -> None:
     write_json(out / "objects.json", objects)
     write_fixations(out / "fixations3d.csv", mapped.looks.fixations, rebuilt.memberships)
     write_json(out / "plan.json", grounded.plan.to_json())
+    write_exports(grounded.plan, out / "exports")
     with whole_file(out / "symbols.json") as partial:
         partial.write_text(to_json(grounded.symbols) + "\n")
     write_patches(grounded.patches, out)
+
+
+def write_exports(plan: GroundedPlan, folder: Path) -> None:
+    """Write the plan in the forms that planners and robots read."""
+    with whole_folder(folder) as partial:
+        (partial / "plan.jsonl").write_text(to_json_lines(plan))
+        (partial / "domain.pddl").write_text(to_pddl_domain(plan))
+        (partial / "problem.pddl").write_text(to_pddl(plan))
+        (partial / "plan.xml").write_text(to_behavior_tree(plan))
 
 
 def object_symbols(grounded: SessionGrounding) -> dict[str, tuple[str, ...]]:
