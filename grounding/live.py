@@ -4,6 +4,7 @@ import dataclasses
 from dataclasses import dataclass, field
 
 from grounding.discourse import Utterance, understand
+from grounding.glide.follow import Follower
 from grounding.glide.model import Demonstration
 from grounding.language.parser import Parser
 from grounding.patches.view import View
@@ -35,6 +36,7 @@ class LiveGrounding:
     _meant: dict[int, str] = field(default_factory=dict)
     _not_meant: dict[int, frozenset[str]] = field(default_factory=dict)
     _plan: GroundedPlan | None = None
+    _follower: Follower = field(default_factory=Follower)
 
     @property
     def objects(self) -> tuple[ObjectInstance, ...]:
@@ -88,7 +90,7 @@ class LiveGrounding:
             scale=self.scale,
             unparsed=discourse.unparsed,
             view=view,
-            open_end=open_end,
+            follower=self._follower if open_end else None,
         )
         self._plan = _revised(grounded.plan, self._plan)
         return dataclasses.replace(grounded, plan=self._plan)

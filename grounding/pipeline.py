@@ -8,6 +8,7 @@ from typing import Final
 import numpy as np
 
 from grounding.glide.config import GlideConfig
+from grounding.glide.follow import Follower
 from grounding.glide.model import Demonstration
 from grounding.glide.read import LookBelief
 from grounding.glide.windows import align_session
@@ -66,7 +67,7 @@ def ground_session(  # noqa: PLR0913  all that a session is, by name
     scale: str = METRIC,
     unparsed: Sequence[Unparsed] = (),
     view: View | None = None,
-    open_end: bool = False,
+    follower: Follower | None = None,
 ) -> SessionGrounding:
     """Ground the instructions of one session.
 
@@ -77,19 +78,22 @@ def ground_session(  # noqa: PLR0913  all that a session is, by name
         scale: "metric" or "arbitrary".
         unparsed: sentences that gave no instruction.
         view: the camera that patches are cut from; None for no patches.
-        open_end: the session goes on, so the last instructions may not have been done yet.
+        follower: of a session that goes on: its last instructions may not have been done yet.
 
     Returns:
         The plan, the labels of the fixations, the patches and what the words mean.
     """
     config = _scaled(config or GroundingConfig(), demonstration, scale=scale)
-    alignment = align_session(demonstration, config.glide, open_end=open_end)
+    if follower is None:
+        alignment = align_session(demonstration, config.glide)
+    else:
+        alignment = follower.align(demonstration, config.glide)
     instructions = ground_instructions(
         demonstration.spoken,
         alignment,
         config.plan,
         unit_m=config.glide.scene_unit_m,
-        open_end=open_end,
+        open_end=follower is not None,
     )
     plan = GroundedPlan(
         session=name,

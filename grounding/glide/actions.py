@@ -73,6 +73,14 @@ def elementary_actions(spoken: Sequence[SpokenInstruction]) -> list[Act]:
     return acts
 
 
+def whole_episodes(spoken: Sequence[SpokenInstruction], count: int) -> int:
+    """Return the most instructions, up to a count, after which nothing is left in hand."""
+    goes_on = {act.instruction: act.in_hand for act in reversed(elementary_actions(spoken))}
+    while 0 < count < len(spoken) and goes_on[count]:
+        count -= 1
+    return count
+
+
 def _stays(instruction: Instruction) -> bool:
     """Pushing or pulling at something, with no place said: it may not move at all."""
     return instruction.action in {Action.PUSH, Action.PULL} and instruction.has_own_location

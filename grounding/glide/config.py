@@ -44,6 +44,7 @@ class GlideConfig:
         samples: partitions drawn by the Dirichlet inference.
         dirichlet_strength: its parameters are the expected seconds of the segments times this.
         window: most instructions that are aligned at once.
+        live_window: the same while the session goes on.
         scene_unit_m: one metre in the units of the world frame; not 1 where the scale is arbitrary.
     """
 
@@ -75,4 +76,5 @@ class GlideConfig:
     samples: int = 10_000
     dirichlet_strength: float = 4.0
     window: int = 40
+    live_window: int = 12
     scene_unit_m: float = 1.0

@@ -12,7 +12,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from grounding.glide.actions import Kind, elementary_actions
+from grounding.glide.actions import Kind, elementary_actions, whole_episodes
 from grounding.glide.align import Alignment, align
 from grounding.glide.config import GlideConfig, Inference
 from grounding.glide.model import Demonstration
@@ -28,7 +28,7 @@ V = TypeVar("V")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Window:
+class Window:
     """Instructions first to past - 1, of which those before `kept` stay, and their looks.
 
     `is_guessed` says that nothing but their number tells which looks are theirs.
@@ -46,10 +46,9 @@ def align_session(
     demonstration: Demonstration,
     config: GlideConfig | None = None,
     *,
-    open_end: bool = False,
     rng: np.random.Generator | None = None,
 ) -> Alignment:
-    """Align a session of any length; see `align` for the arguments.
+    """Align a session that is over, of any length; see `align` for the arguments.
 
     Returns:
         The alignment; of a long session the parameters are those of the last window.
@@ -57,7 +56,7 @@ def align_session(
     config = config or GlideConfig()
     count = len(demonstration.spoken)
     if count <= config.window:
-        return _align(demonstration, config, open_end=open_end, rng=rng)
+        return _align(demonstration, config, open_end=False, rng=rng)
     fixations = sorted(demonstration.fixations, key=lambda f: (f.start_ns, f.fixation_id))
     looks: list[LookBelief] = []
     beliefs: list[InstructionBelief] = []
@@ -67,14 +66,14 @@ def align_session(
         window = _window(demonstration, fixations, config, first=len(beliefs), look=len(looks))
         is_last = window.past == count
         part = _align(
-            _cut(demonstration, fixations, window),
+            cut(demonstration, fixations, window),
             config,
-            open_end=open_end if is_last else window.is_guessed,
+            open_end=window.is_guessed,
             rng=rng,
         )
         kept = part.instructions[: window.kept - window.first]
         beliefs += kept
-        labelled = len(part.looks) if is_last else _looks_until(kept, part, fixations, window)
+        labelled = len(part.looks) if is_last else looks_until(kept, part, fixations, window)
         looks += part.looks[:labelled]
         evidence += part.log_evidence
         fits.append(part.fit)
@@ -114,11 +113,11 @@ def _window(
     *,
     first: int,
     look: int,
-) -> _Window:
+) -> Window:
     count, total = len(demonstration.spoken), len(fixations)
     past = min(first + config.window, count)
     if past == count:
-        return _Window(first=first, kept=count, past=count, first_look=look, past_look=total)
+        return Window(first=first, kept=count, past=count, first_look=look, past_look=total)
     until_ns = demonstration.spoken[past].said_start_ns
     if until_ns is None and look < total:
         begin_ns = fixations[look].start_ns
@@ -128,8 +127,8 @@ def _window(
         past_look = sum(1 for each in fixations if each.start_ns < until_ns)
     else:
         past_look = look + round(_SPARE * (total - look) * (past - first) / (count - first))
-    kept = first + 2 * (past - first) // 3
-    return _Window(
+    kept = first + whole_episodes(demonstration.spoken[first:], 2 * (past - first) // 3)
+    return Window(
         first=first,
         kept=kept,
         past=past,
@@ -154,9 +153,10 @@ def _last_movement_ns(
     return arrivals[moves - 1] if 0 < moves <= len(arrivals) else None
 
 
-def _cut(
-    demonstration: Demonstration, fixations: Sequence[FixationObservation], window: _Window
+def cut(
+    demonstration: Demonstration, fixations: Sequence[FixationObservation], window: Window
 ) -> Demonstration:
+    """Return what a window's instructions, looks, and movements about them are."""
     mine = fixations[window.first_look : window.past_look]
     slack_ns = round(_MOTION_SLACK_S * 1e9)
     begin_ns = mine[0].start_ns - slack_ns if mine else 0
@@ -182,15 +182,15 @@ def _near(thing: ObjectInstance, begin_ns: int, end_ns: int) -> ObjectInstance |
     return dataclasses.replace(thing, track=track) if track else None
 
 
-def _shifted(told: Mapping[int, V], window: _Window) -> dict[int, V]:
+def _shifted(told: Mapping[int, V], window: Window) -> dict[int, V]:
     return {i - window.first: value for i, value in told.items() if window.first <= i < window.past}
 
 
-def _looks_until(
+def looks_until(
     kept: Sequence[InstructionBelief],
     part: Alignment,
     fixations: Sequence[FixationObservation],
-    window: _Window,
+    window: Window,
 ) -> int:
     """Return how many of the window's looks lie before the end of the last kept instruction."""
     ends = [each.end_ns for each in kept if each.end_ns is not None]

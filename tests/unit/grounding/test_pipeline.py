@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from grounding.exports import to_behavior_tree, to_json_lines, to_pddl
+from grounding.glide.follow import Follower
 from grounding.glide.model import Demonstration
 from grounding.pipeline import SessionGrounding, ground_session
 from grounding.plan import Status
@@ -82,7 +83,7 @@ def test_the_plan_has_the_keys_of_the_interface(grounded: SessionGrounding) -> N
 def test_an_action_that_has_not_happened_is_left_open(scene: Scene) -> None:
     first_place = scene.labels.index(1)
     early = ground_session(
-        so_far(scene.demonstration, first_place + 2), name="drawn", open_end=True
+        so_far(scene.demonstration, first_place + 2), name="drawn", follower=Follower()
     ).plan.instructions
     assert early[0].status is Status.GROUNDED
     assert all(each.status is not Status.GROUNDED for each in early[1:])
