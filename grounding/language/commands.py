@@ -148,7 +148,7 @@ class _Finder:
         """Yield what a sentence commands with its subordinate clause, in the order of doing."""
         found = self._subordinator(node_id)
         main, side = self.graph.arguments(node_id)
-        ours = self._subject(self._first_of(side)) not in ("3", "")
+        ours = self._subject(self._first_of(side)) != "3"
         role = SideRole.CONDITION if found is None else found.role
         if role is SideRole.CONDITION or (role is SideRole.OCCASION and not ours):
             yield refusal(Reason.CONDITION)
@@ -271,7 +271,8 @@ class _Finder:
         if context.denied:
             return replace(refusal(Reason.NEGATED, verb=lemma), event=node_id)
         person = self._subject(node_id)
-        silent = person == "" and not context.ordered and not self._commands(node_id)
+        told = context.ordered or context.aside or self._commands(node_id)
+        silent = person == "" and not told
         state = entry is None and lemma in lexicon().closed["statives"]
         if context.aside and (state or person == "3"):
             return replace(refusal(Reason.STATEMENT, verb=lemma), event=node_id)

@@ -19,13 +19,16 @@ def repaired(eds: EDS, *, verbs: VerbTable) -> EDS:
 
     - "between X and Y", read as a conjunction of the target and Y;
     - "the ball left of the block", read as a compound, a left of balls;
-    - "lift up the ball" and "hand over the cup", read as a lift up a ball, no sentence.
+    - "lift up the ball" and "hand over the cup", read as a lift up a ball, no sentence;
+    - "after taking it", read as a time after a nominalization, where it is a clause of time.
     """
     nodes: Nodes = {node.id: node for node in eds.nodes}
     top = eds.top
     for node in eds.nodes:
         if predicate_of(node.predicate).lemma == "between":
             _give_second_landmark(nodes, between=node)
+        elif predicate_of(node.predicate).lemma in lexicon().subordinators:
+            _give_clause(nodes, conjunction=node)
         elif node.predicate == "compound" and node.id in nodes:
             _free_from_compound(nodes, compound=node)
         elif node.predicate == "unknown" and node.id in nodes:
@@ -71,6 +74,21 @@ def _give_second_landmark(nodes: Nodes, *, between: Node) -> None:
         nodes[extra.id] = _changed(extra, edges={"BV": pair.id})
     nodes[pair.id] = _changed(pair, edges={**pair.edges, "ARG1": first})
     nodes[between.id] = _changed(between, edges={"ARG1": target, "ARG2": pair.id})
+
+
+def _give_clause(nodes: Nodes, *, conjunction: Node) -> None:
+    name = conjunction.edges.get("ARG2")
+    act = nodes[name].edges.get("ARG1") if name in nodes else None
+    main = conjunction.edges.get("ARG1")
+    if name not in nodes or nodes[name].predicate != "nominalization" or act not in nodes:
+        return
+    for node in list(nodes.values()):
+        if node.edges.get("BV") == name:
+            del nodes[node.id]
+    del nodes[name]
+    label = lexicon().subordinators[predicate_of(conjunction.predicate).lemma].predicate
+    edges = {"ARG1": str(main), "ARG2": str(act)}
+    nodes[conjunction.id] = _changed(conjunction, predicate=label, edges=edges)
 
 
 def _free_from_compound(nodes: Nodes, *, compound: Node) -> None:

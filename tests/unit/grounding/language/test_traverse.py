@@ -83,6 +83,35 @@ def test_a_relative_clause_is_told_by_its_words():
     )
 
 
+def test_a_clause_of_time_orders_what_is_done():
+    text = """{e2: e2:_after_x_h<18:23>{e SF comm}[ARG1 e4, ARG2 e20]
+      e4:_put_v_1<0:3>{e SF comm}[ARG2 x6, ARG3 e9] x6:pron<4:6>{x PERS 3, NUM sg, PT std}[]
+      e9:_on_p_loc<7:9>{e SF prop}[ARG1 x6, ARG2 x11] x11:_tray_n_1<14:18>{x NUM sg}[]
+      e20:_take_v_1<28:32>{e SF prop}[ARG1 x21, ARG2 x23] x21:pron<24:27>{x PERS 2, PT std}[]
+      x23:_cup_n_1<37:40>{x NUM sg}[]}"""
+    assert error("put it on the tray after you take the cup", text).startswith('"it"')
+    named = text.replace("x6:pron<4:6>{x PERS 3, NUM sg, PT std}", "x6:_lid_n_1<4:6>{x NUM sg}")
+    assert (
+        plan("put it on the tray after you take the cup", named) == "pick cup ; place lid @ on-tray"
+    )
+    before = named.replace("_after_x_h", "_before_x_h")
+    assert (
+        plan("put it on the tray before you take the cup", before)
+        == "place lid @ on-tray ; pick cup"
+    )
+    condition = named.replace("_after_x_h", "_if_x_then")
+    assert "condition" in error("put it on the tray if you take the cup", condition)
+
+
+def test_a_gerund_behind_after_is_a_clause():
+    text = """{e2: e2:_push_v_1<18:22>{e SF comm}[ARG2 x3]
+      x3:pron<23:25>{x PERS 3, NUM sg, PT std}[]
+      e5:_after_p<0:5>{e}[ARG1 e2, ARG2 x6] _1:udef_q<6:16>[BV x6]
+      x6:nominalization<6:16>{x}[ARG1 e7] e7:_take_v_1<6:12>{e SF prop, PROG +}[ARG2 x8]
+      _2:_the_q<13:16>[BV x8] x8:_cup_n_1<13:16>{x NUM sg}[]}"""
+    assert plan("after taking cups push it", text) == "pick cup ; push cup"
+
+
 def test_a_circle_is_no_plan_and_does_not_hang():
     text = """{e2: e2:_take_v_1<0:4>{e SF comm}[ARG2 x8] x8:_and_c<5:8>{x}[ARG1 x8, ARG2 x8]}"""
     assert error("take and", text)
