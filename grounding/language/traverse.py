@@ -131,6 +131,8 @@ def _complete(
         graph, [command.event, *_nouns(graph, target.node)], skipped=events | target.used
     )
     front = graph.start(command.event)
+    if command.entry.frame is Frame.SHOW:
+        units = [unit for unit in units if unit.preposition != "at" or unit.in_clause]
     location, relation = _split(units, frame=command.entry.frame, front=front)
     location += _recipient(graph, command, target=target.node)
     return Draft(

@@ -72,7 +72,7 @@ def _after_aside(chart: Chart, i: int) -> int:
     following = chart.at(end)
     if paused and end > j and (following.is_a("pause") or not following.text):
         return end
-    if j == i > 0 and end > j and following.is_a("prepositions"):
+    if j == i > 0 and end > j + 1 and following.is_a("prepositions"):
         return end
     if end > j and following.text in ("i", "you", "we") and chart.at(j).text == "i":
         return end

@@ -85,10 +85,11 @@ def _one_clause(chart: Chart, i: int) -> Found[Sentence]:
 def _opening(chart: Chart, i: int) -> tuple[tuple[Adverb, ...], int]:
     """Skip the markers, conjunctions and pauses that a clause opens with."""
     found: list[Adverb] = []
+    first = i == 0
     while True:
         adverbs, j = adverbs_at(chart, i)
         found.extend(adverbs)
-        opens = chart.at(j).is_a("pause") or (j == 0 and chart.at(j).text in ("and", "but"))
+        opens = chart.at(j).is_a("pause") or (first and chart.at(j).text in ("and", "but"))
         if not opens and j == i:
             return tuple(found), j
         i = j + opens
@@ -141,7 +142,8 @@ def _led(chart: Chart, i: int) -> Iterator[Reading]:
     """Yield commands behind a fixed opening: "do you think you could", "how about"."""
     end = chart.after_phrase(i, name="leads_base")
     if end > i:
-        for predicate, after in base_predicate(chart, end):
+        start = end + (chart.at(end).text in _SPEAKERS)
+        for predicate, after in base_predicate(chart, start):
             yield Mood.COMMAND, None, predicate, after
     end = chart.after_phrase(i, name="leads_gerund")
     if end > i:

@@ -93,7 +93,8 @@ def is_nominal(chart: Chart, i: int, *, opened: bool) -> bool:
     token = chart.at(i)
     if not token.text or token.is_a("junk") or token.is_a("pause"):
         return False
-    if token.noun or token.adjective or token.is_a("ordinals") or token.is_a("cardinals"):
+    numeral = token.is_a("ordinals") or token.is_a("cardinals")
+    if token.noun or token.adjective or numeral or is_adverb_as_noun(chart, i):
         return True
     if not token.known or token.text in ("one", "ones"):
         following = chart.at(i + 1)
@@ -104,6 +105,20 @@ def is_nominal(chart: Chart, i: int, *, opened: bool) -> bool:
     if not opened or token.closed:
         return token.text == "a" and token.capital and i > 0
     return _is_verbal(chart, i)
+
+
+def is_adverb_as_noun(chart: Chart, i: int) -> bool:
+    """Whether an adverb is a noun here, right behind a determiner: "to the well"."""
+    token, following = chart.at(i), chart.at(i + 1)
+    adverbial = token.is_a("adverbs") or token.is_a("interjections")
+    opened = chart.at(i - 1).is_a("determiners") and not token.is_a("determiners")
+    more = following.noun or following.adjective or _is_new(following)
+    return bool(adverbial and opened and not more and not _is_ordered(token, following))
+
+
+def _is_ordered(token: Token, following: Token) -> bool:
+    """Whether a word counts or compares: "the first of them", "the next one"."""
+    return token.is_a("ordinals") or following.text in ("one", "ones", "of")
 
 
 def _is_new(token: Token) -> bool:

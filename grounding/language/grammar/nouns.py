@@ -5,7 +5,12 @@ from dataclasses import replace
 from typing import Final
 
 from grounding.language.grammar.chart import Chart, Found
-from grounding.language.grammar.modifiers import is_nominal, modifiers_of, nominal_run
+from grounding.language.grammar.modifiers import (
+    is_adverb_as_noun,
+    is_nominal,
+    modifiers_of,
+    nominal_run,
+)
 from grounding.language.grammar.rules import relative, simple_noun
 from grounding.language.grammar.tree import (
     Kind,
@@ -65,6 +70,7 @@ def _part(chart: Chart, i: int) -> Found[NounPhrase]:
         token.degree is not Degree.POSITIVE
         or token.is_a("ordinals")
         or token.text in _COMPARED_BY_PLACE
+        or (token.text.endswith("most") and bool(token.adjective))
     )
     if not (token.is_a("quantities") or (graded and j > i)):
         return
@@ -183,7 +189,7 @@ def _kind(chart: Chart, run: Sequence[int], *, determiner: int | None) -> Kind |
 
 def _is_noun(chart: Chart, i: int, *, opened: bool) -> bool:
     token = chart.at(i)
-    if token.noun or not token.known or _is_name(chart, i):
+    if token.noun or not token.known or _is_name(chart, i) or is_adverb_as_noun(chart, i):
         return chart.words.classes.get(token.text) != "colour" or token.noun == "orange"
     return opened and not token.adjective and bool(token.verb(Form.BASE) or token.verb(Form.GERUND))
 

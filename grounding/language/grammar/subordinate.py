@@ -5,6 +5,7 @@ from typing import Final
 
 from grounding.language.grammar.chart import Chart, Found, Rule
 from grounding.language.grammar.rules import clause, simple_noun, single_finite, single_gerund
+from grounding.language.grammar.tails import tail_of_others
 from grounding.language.grammar.tree import (
     Clause,
     Description,
@@ -12,8 +13,10 @@ from grounding.language.grammar.tree import (
     Mood,
     Sentence,
     Subordination,
+    VerbPhrase,
     Word,
 )
+from grounding.language.morphology import Form
 
 _SPEAKERS: Final = frozenset({"i", "you", "we"})
 
@@ -62,6 +65,20 @@ def _side_clause(chart: Chart, i: int) -> Found[Sentence]:
     for found, end in clause(chart, i):
         if isinstance(found, (Clause, Description)) and found.mood is Mood.STATEMENT:
             yield found, end
+    yield from _unknown(chart, i)
+
+
+def _unknown(chart: Chart, i: int) -> Found[Sentence]:
+    """Yield "it wugs": what somebody else does, with a word that is no known verb."""
+    for subject, j in simple_noun(chart, i):
+        if chart.at(j).known or not chart.at(j).text:
+            continue
+        for tail, end in tail_of_others(chart, j + 1):
+            verb = VerbPhrase(
+                verb=chart.word(j, known=False), form=Form.PRESENT, end=chart.at(end - 1).end,
+                phrases=tail.phrases, adverbs=tail.adverbs, particle=tail.particle,
+            )  # fmt: skip
+            yield Clause(mood=Mood.STATEMENT, predicate=verb, subject=subject), end
 
 
 def _single(chart: Chart, i: int) -> Found[Sentence]:
