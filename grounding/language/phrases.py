@@ -229,7 +229,8 @@ class _Explorer:
         """Yield "with a red lid" for "that has a red lid"."""
         graph = self.graph
         owned = graph.argument(verb, "ARG2")
-        if graph.predicate(verb).lemma == "have" and owned not in (None, of):
+        owns = owned is not None and owned != of and graph.quantifier(owned) != "_no_q"
+        if graph.predicate(verb).lemma == "have" and owns:
             parts = ("with", *self.landmark(str(owned)))
             yield Unit(
                 start=graph.start(verb), preposition="with", phrase=Phrase(parts=parts),

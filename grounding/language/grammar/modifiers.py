@@ -129,6 +129,8 @@ def _is_new(token: Token) -> bool:
 def _is_verbal(chart: Chart, i: int) -> bool:
     """Whether a verb may stand in a noun phrase: "the lift", "the cutting board"."""
     token, before = chart.at(i), chart.at(i - 1)
+    if token.verb(Form.GERUND) and before.is_a("determiners"):
+        return True
     if token.verb(Form.GERUND) or token.verb(Form.PARTICIPLE):
         following = chart.at(i + 1)
         return bool(following.noun or not following.known) and not before.noun

@@ -69,9 +69,9 @@ def _side_clause(chart: Chart, i: int) -> Found[Sentence]:
 
 
 def _unknown(chart: Chart, i: int) -> Found[Sentence]:
-    """Yield "it wugs": what somebody else does, with a word that is no known verb."""
+    """Yield "it wugs", "the bell rings": somebody else's doing, with a word that is no verb."""
     for subject, j in simple_noun(chart, i):
-        if chart.at(j).known or not chart.at(j).text:
+        if not chart.at(j).text or (chart.at(j).known and not chart.at(j).plural):
             continue
         for tail, end in tail_of_others(chart, j + 1):
             verb = VerbPhrase(
