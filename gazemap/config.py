@@ -5,6 +5,7 @@ differs. An unknown key, a wrong type or a broken file is an error that names th
 """
 
 import dataclasses
+import math
 import tomllib
 import types
 import typing
@@ -89,6 +90,8 @@ def _scalar(hint: Any, value: Any, *, where: str) -> Any:  # noqa: ANN401
         raise ConfigError(f"{where}: one of {[e.value for e in hint]} expected, got {value!r}")
     if hint is float and isinstance(value, int) and not isinstance(value, bool):
         return float(value)
+    if isinstance(value, float) and math.isnan(value):
+        raise ConfigError(f"{where}: a number expected, got {value}")
     if not isinstance(hint, type) or type(value) is not hint:
         raise ConfigError(f"{where}: {getattr(hint, '__name__', hint)} expected, got {value!r}")
     return value

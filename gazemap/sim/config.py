@@ -1,5 +1,6 @@
 """What a simulated session can be told, and the three presets of difficulty."""
 
+import math
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 
@@ -191,6 +192,10 @@ class SimConfig:
             raise ConfigError(
                 f"sim: seconds {self.seconds} is below 6, too short to pick and place"
             )
+        if not math.isfinite(self.seconds):
+            raise ConfigError(f"sim: seconds {self.seconds} is no length")
+        if self.seed < 0:
+            raise ConfigError(f"sim: seed {self.seed} is negative")
         if self.gaze_rate_hz <= 0:
             raise ConfigError(f"sim: gaze_rate_hz {self.gaze_rate_hz} is not positive")
 

@@ -76,6 +76,7 @@ def rebuild(path: Path, out: Path, config: RebuildConfig, *, progress: Progress)
     Raises:
         GazemapError: if the input cannot be used; what was finished stays, nothing is half written.
     """
+    check_place(out, path)
     session = open_session(path, camera=config.camera)
     check_narration(session, path)
     stages = Stages(folder=out / ".stages", key=input_key(path))
@@ -91,6 +92,12 @@ def rebuild(path: Path, out: Path, config: RebuildConfig, *, progress: Progress)
     write_json(out / "summary.json", summary)
     write_report(rebuilt, summary, out / "report.html")
     return rebuilt
+
+
+def check_place(out: Path, session: Path) -> None:
+    """Refuse to write into a session: a rebuild never changes its input."""
+    if session.is_dir() and out.resolve().is_relative_to(session.resolve()):
+        raise InputError("it lies in the session", where=out, todo="name a folder outside of it")
 
 
 def check_narration(session: Session, path: Path) -> None:

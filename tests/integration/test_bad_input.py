@@ -104,6 +104,20 @@ def test_bad_input_is_one_line_and_leaves_the_output_alone(
     assert [file.name for file in (tmp_path / "out").iterdir()] == ["kept.txt"]
 
 
+def test_a_rebuild_never_writes_into_its_session(tmp_path, monkeypatch, capsys):
+    writer = SessionWriter(path=tmp_path / "walk")
+    writer.write_all()
+    before = sorted(writer.path.rglob("*"))
+    for out in (writer.path, writer.path / "out"):
+        arguments = ["gazemap", "rebuild", str(writer.path), "--out", str(out)]
+        monkeypatch.setattr(sys, "argv", arguments)
+        with pytest.raises(SystemExit) as left:
+            main()
+        assert left.value.code == 1
+        assert "it lies in the session; name a folder outside" in capsys.readouterr().err
+    assert sorted(writer.path.rglob("*")) == before
+
+
 def test_an_output_that_cannot_be_written_is_one_line(tmp_path, monkeypatch, capsys):
     writer = SessionWriter(path=tmp_path / "walk")
     writer.write_all()

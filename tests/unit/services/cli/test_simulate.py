@@ -41,6 +41,9 @@ def test_session_without_an_overhead_camera(tmp_path: Path) -> None:
     [
         (["--colours", "mauve"], "mauve"),
         (["--seconds", "2"], "below 6"),
+        (["--seconds", "nan"], "seconds: a number expected, got nan"),
+        (["--seconds", "inf"], "seconds inf is no length"),
+        (["--seed", "-1"], "seed -1 is negative"),
         (["--size", "161", "120"], "even"),
         (["--relations", "under"], "under"),
     ],
