@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from enum import StrEnum
 from typing import Final
 
 from grounding.language.drafts import (
@@ -19,6 +20,14 @@ from grounding.types import Action, Instruction
 _OPENING: Final = (Action.OPEN, Action.CLOSE)
 
 
+class Role(StrEnum):
+    """What something was named as, which tells what may stand for it."""
+
+    OBJECT = "object"  # of a verb: any pronoun
+    LANDMARK = "landmark"  # "it" of what is opened and closed; "the red one"
+    DENIED = "denied"  # object of a denied verb: only "the red one"
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Referent:
     """Something that was named.
@@ -27,13 +36,13 @@ class Referent:
         mention: how, in full.
         instruction: index of the instruction whose target it is; None where it is of none.
         draft: number of the command it was named in.
-        acted_on: whether it is the object of a verb, carried out or not; a landmark is none.
+        role: what it was named as.
     """
 
     mention: Mention
     instruction: int | None
     draft: int
-    acted_on: bool = True
+    role: Role
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -94,7 +103,8 @@ class Discourse:
         ]  # fmt: skip
 
     def _one(self, draft: Draft) -> list[Instruction] | Refusal:
-        self._name(draft.background, acted_on=True)
+        self._name(draft.background, role=Role.DENIED)
+        self._name(draft.held, role=Role.OBJECT)
         targets: list[_Resolved] = []
         for one in draft.targets:
             named = [each.mention for each in targets]
@@ -133,21 +143,24 @@ class Discourse:
     def _remember(self, draft: Draft, *, targets: Sequence[_Resolved]) -> None:
         phrases = (*draft.relation, *draft.location)
         for phrase in phrases:
-            self._name(_landmarks(phrase), acted_on=False)
+            self._name(_landmarks(phrase), role=Role.LANDMARK)
         for each in targets:
             self.referents.append(
-                Referent(mention=each.mention, instruction=self.instructions, draft=self.drafts)
+                Referent(
+                    mention=each.mention,
+                    instruction=self.instructions,
+                    draft=self.drafts,
+                    role=Role.OBJECT,
+                )
             )
             self.instructions += 1
         self.drafts += 1
 
-    def _name(self, found: Iterable[Mention], *, acted_on: bool) -> None:
+    def _name(self, found: Iterable[Mention], *, role: Role) -> None:
         """Remember what was named, but is no target."""
         for each in found:
             if each.reference is Reference.NAMED and each.words:
-                referent = Referent(
-                    mention=each, instruction=None, draft=self.drafts, acted_on=acted_on
-                )
+                referent = Referent(mention=each, instruction=None, draft=self.drafts, role=role)
                 self.referents.append(referent)
 
     def _target(self, one: Mention, *, action: Action, own: Sequence[Mention]) -> list[_Resolved]:
@@ -169,10 +182,13 @@ class Discourse:
             each for each in earlier if not each.mention.plural and each.mention.words not in words
         ]
         if opening:
-            openable = [e for e in fitting if e.mention.words[-1] in lexicon().openable]
+            openable = [
+                each for each in fitting
+                if each.mention.words[-1] in lexicon().openable and each.role is not Role.DENIED
+            ]  # fmt: skip
             if openable:
                 return [_resolved(openable[0])]
-        return [_resolved(each) for each in fitting if each.acted_on][:1]
+        return [_resolved(each) for each in fitting if each.role is Role.OBJECT][:1]
 
     def _several(self, *, own: Sequence[Mention]) -> list[_Resolved]:
         """Return the latest plural target, or those named together, or all that were named.
@@ -195,6 +211,7 @@ class Discourse:
         beside = [
             each for each in self.referents
             if each.draft == targets[-1].draft and each.instruction is None
+            and each.role is Role.LANDMARK
             and each.mention.words[-1] not in lexicon().closed["directions"]
         ]  # fmt: skip
         return [_resolved(each) for each in (targets[-1], *beside)] if beside else []
@@ -203,7 +220,7 @@ class Discourse:
         """Return "the red one" with the noun of what was named last."""
         known = [
             *[
-                Referent(mention=each, instruction=None, draft=self.drafts)
+                Referent(mention=each, instruction=None, draft=self.drafts, role=Role.OBJECT)
                 for each in reversed(own)
             ],
             *reversed(self.referents),

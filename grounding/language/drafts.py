@@ -53,6 +53,7 @@ class Draft:
         location: the phrases of the location, in order; empty for the target's own.
         relation: the phrases that describe the target.
         background: what was named before in the sentence by what commands nothing.
+        held: what of it a pronoun may stand for; never what a denied command named.
         start: where its verb stands in the sentence.
     """
 
@@ -62,6 +63,7 @@ class Draft:
     location: tuple[Phrase, ...]
     relation: tuple[Phrase, ...]
     background: tuple[Mention, ...] = ()
+    held: tuple[Mention, ...] = ()
     start: int = 0
 
 

@@ -35,22 +35,35 @@ def traverse(eds: EDS, *, sentence: str, verbs: VerbTable) -> list[Draft] | Refu
     found = commands(graph, verbs=verbs)
     events = frozenset(each.event for each in found if isinstance(each, Command))
     drafts: list[Draft] = []
-    silent: Refusal | None = None
-    background: tuple[Mention, ...] = ()
+    left_out: list[Refusal] = []
     for each in found:
         result = each if isinstance(each, Refusal) else _draft(graph, each, events=events)
         if isinstance(each, Command) and drafts and _lacks_object(result):
             result = _elliptic(graph, each, after=drafts[-1]) or result
         if isinstance(result, Draft):
-            drafts.append(replace(result, background=background))
+            drafts.append(_told_beside(graph, result, left_out=left_out))
         elif isinstance(each, Command) and each.aside and _lacks_object(result):
             continue
         elif result.is_silent:
-            silent = silent or result
-            background += _named(graph, result)
+            left_out.append(result)
         else:
             return result
-    return drafts or silent or refusal(Reason.NOT_UNDERSTOOD)
+    return drafts or next(iter(left_out), refusal(Reason.NOT_UNDERSTOOD))
+
+
+def _told_beside(graph: Graph, draft: Draft, *, left_out: list[Refusal]) -> Draft:
+    """Return a draft that knows what was named before by what commands nothing.
+
+    "It" never stands for the object of a denied verb, unless that verb is said again: "don't put
+    the cup on the table, put it on the tray".
+    """
+    background: tuple[Mention, ...] = ()
+    held: tuple[Mention, ...] = ()
+    for each in left_out:
+        named = _named(graph, each)
+        background += named
+        held += named if each.reason is not Reason.NEGATED or each.verb == draft.verb else ()
+    return replace(draft, background=background, held=held)
 
 
 def _named(graph: Graph, denied: Refusal) -> tuple[Mention, ...]:

@@ -24,6 +24,7 @@ from grounding.language.grammar.rules import (
     single_participle,
 )
 from grounding.language.grammar.tree import (
+    Control,
     Negation,
     Predicate,
     PredicatePair,
@@ -34,6 +35,8 @@ from grounding.language.grammar.verbs import verb_phrases
 from grounding.language.lexicon import CORRECTION
 from grounding.language.morphology import Form
 from grounding.language.words import Token
+
+_SPREADING: Final = frozenset({"and", "or", "nor", "&", "plus"})
 
 
 @base_predicate.define
@@ -60,24 +63,43 @@ def _row(
     chart: Chart, i: int, *, single: Rule[Predicate], more: Rule[Predicate]
 ) -> Found[Predicate]:
     for left, j in single(chart, i):
-        denied = isinstance(left, Negation) and _spreads(chart, left)
+        denied = _denies(chart, left)
+        outright = denied and isinstance(left, Negation)
         for word, k in connectors(chart, j):
-            if denied and (word is None or word.lemma not in ("and", "or", "nor")):
+            links = word is not None and word.lemma in _SPREADING
+            if outright and not links:
                 continue
             for right, end in more(chart, k):
-                yield _paired(left, right=right, word=word, spreads=denied), end
+                spreads = denied and links and (outright or not _has_modal(right))
+                yield _paired(left, right=right, word=word, spreads=spreads), end
         yield left, j
 
 
-def _spreads(chart: Chart, denial: Negation) -> bool:
-    """Whether a denial reaches over "and": "do not" does, "stop taking" ends with its gerund."""
-    return denial.word.lemma not in chart.words.control["not_gerund"]
+def _denies(chart: Chart, predicate: Predicate) -> bool:
+    """Whether a denial in a predicate reaches over "and".
+
+    "Do not" and "you must not" do, "stop taking" ends with its gerund.
+    """
+    if isinstance(predicate, Control):
+        return _denies(chart, predicate.body)
+    return isinstance(predicate, Negation) and (
+        predicate.word.lemma not in chart.words.control["not_gerund"]
+    )
+
+
+def _has_modal(predicate: Predicate) -> bool:
+    """Whether a predicate has a modal of its own: "must not take this and should take that"."""
+    if isinstance(predicate, PredicatePair):
+        return _has_modal(predicate.left)
+    return isinstance(predicate, Control) and predicate.modal
 
 
 def _paired(left: Predicate, *, right: Predicate, word: Word | None, spreads: bool) -> Predicate:
     borrowed = _first_verb(right)
     if isinstance(left, VerbPhrase) and left.object is None and not left.phrases and borrowed:
         left = replace(left, object=borrowed.object)
+    if isinstance(left, Control) and spreads:
+        return replace(left, body=_paired(left.body, right=right, word=word, spreads=True))
     if isinstance(left, Negation) and spreads:
         body = PredicatePair(conjunction=word, left=left.body, right=right)
         return Negation(word=left.word, body=body)

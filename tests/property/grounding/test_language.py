@@ -91,3 +91,22 @@ def test_a_denied_command_is_never_carried_out(verb, noun):
 )
 def test_several_denials_never_make_a_command(commands, denial, link):
     assert check(link.join(f"{denial} {each}" for each in commands)).instructions == ()
+
+
+@pytest.mark.parametrize(
+    "denial",
+    ["don't", "never", "you must not", "I won't", "you should never", "I don't want you to"],
+)
+@pytest.mark.parametrize("link", ["and", "and then", "&", "or"])
+def test_a_denial_reaches_over_and(denial, link):
+    assert check(f"{denial} take the cup {link} put it on the tray").instructions == ()
+    assert check(f"{denial} open the box {link} put the cup in the box").instructions == ()
+
+
+def test_it_is_no_object_of_a_denied_verb_unless_that_is_said_again():
+    assert check("don't pick up the ball, turn it, and set it on the tray").instructions == ()
+    assert check("don't grab the jar, open it and take the lid").instructions == ()
+    (again,) = check("don't put the cup on the table, put it on the tray").instructions
+    assert (again.target, again.location) == (("cup",), "on-tray")
+    (other,) = check("you must not take the cup and you should take the plate").instructions
+    assert other.target == ("plate",)
