@@ -96,8 +96,10 @@ def _beside(table: list[_TableColour], image_bgr: ImageArray) -> Mask | NoObject
     residual = _table_residual(smooth, table)
     if np.count_nonzero(residual > 1) > _MAX_AREA * residual.size:
         return NoObject(reason=NoObjectReason.ALL_OBJECT)
-    found = _central_piece(residual > 1, centre=_centre_of(residual), side=min(residual.shape))
     top = grown_top(blurred, [(c.bgr, c.seen_darkest, c.seen_brightest) for c in table])
+    if top is not None and _is_most(top, residual > 1):
+        return top  # without a look at the pieces of the rest
+    found = _central_piece(residual > 1, centre=_centre_of(residual), side=min(residual.shape))
     if top is not None and _is_whole(top, found):
         return top
     if isinstance(found, NoObject):
@@ -117,8 +119,17 @@ def _is_whole(top: Mask, found: Mask | NoObject) -> bool:
         return True
     area, shared = int(np.count_nonzero(top)), int(np.count_nonzero(top & found))
     if shared >= 0.9 * area:
-        return area >= _TOP_SHARE * int(np.count_nonzero(found))
+        return _is_most(top, found)
     return shared > 0.1 * area or not _is_within(top, found)
+
+
+def _is_most(top: Mask, found: Mask) -> bool:
+    """Return whether a top lies in what stood out and is most of it."""
+    area = int(np.count_nonzero(top))
+    return (
+        area >= _TOP_SHARE * int(np.count_nonzero(found))
+        and int(np.count_nonzero(top & found)) >= 0.9 * area
+    )
 
 
 def _second_look(image_bgr: ImageArray, first: NoObject) -> Mask | NoObject:

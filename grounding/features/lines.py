@@ -28,12 +28,13 @@ def line_distances(pixels: Pixels, lines: FloatArray) -> Pixels:
     """
     nearest = np.empty(len(pixels), np.float32)
     norms = lines[:, 0] ** 2 + lines[:, 1] ** 2 + lines[:, 2] ** 2
+    per_norm, per_unit = 1 / norms, 1 / lines[:, 6] ** 2
     for i in range(len(pixels)):
         blue, green, red = pixels[i, 0], pixels[i, 1], pixels[i, 2]
         best = np.inf
         for k in range(len(lines)):
             along = blue * lines[k, 0] + green * lines[k, 1] + red * lines[k, 2]
-            factor = min(max(along / norms[k], lines[k, 3]), lines[k, 4])
+            factor = min(max(along * per_norm[k], lines[k, 3]), lines[k, 4])
             across = blue - factor * lines[k, 0]
             squared = across * across
             across = green - factor * lines[k, 1]
@@ -41,6 +42,6 @@ def line_distances(pixels: Pixels, lines: FloatArray) -> Pixels:
             across = red - factor * lines[k, 2]
             squared += across * across
             faded = lines[k, 5] * (1 - factor)
-            best = min(best, (squared + faded * faded * norms[k]) / (lines[k, 6] * lines[k, 6]))
+            best = min(best, (squared + faded * faded * norms[k]) * per_unit[k])
         nearest[i] = np.sqrt(best)
     return nearest

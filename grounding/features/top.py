@@ -5,6 +5,7 @@ shadow beside a grey thing. But a thing lies in the middle and its top has one c
 region of that colour around the middle is its top, if it ends before the patch does.
 """
 
+import functools
 from collections.abc import Sequence
 from typing import Final
 
@@ -72,7 +73,8 @@ def _to_the_edge(top: ImageArray, image_bgr: ImageArray, colour: NDArray[np.floa
         slice(max(0, y - _EDGE_PX), y + height + _EDGE_PX),
         slice(max(0, x - _EDGE_PX), x + width + _EDGE_PX),
     )
-    off = np.abs(image_bgr[box] - colour).max(axis=-1)
+    channels = (np.abs(image_bgr[box][..., c] - colour[c]) for c in range(3))
+    off = functools.reduce(np.maximum, channels)
     beside = cv2.dilate(off, np.ones((2 * _EDGE_PX + 1,) * 2, np.uint8))
     near = cv2.dilate(top[box], np.ones((2 * _EDGE_PX - 1,) * 2, np.uint8)) > 0
     whole = top > 0

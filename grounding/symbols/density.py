@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from scipy.linalg.lapack import dtrtri
 from scipy.special import gammaln
 
 from grounding.features.registry import Feature
@@ -80,7 +81,7 @@ def density(
     lower = np.linalg.cholesky(np.array(covariances))  # (K, d, d)
     return GroupDensity(
         means=np.array(means),
-        whiteners=np.asarray(np.linalg.inv(lower), np.float64),
+        whiteners=np.array([dtrtri(each, lower=1)[0] for each in lower]),
         log_scale=-np.log(np.diagonal(lower, axis1=1, axis2=2)).sum(axis=1),
         dof=np.asarray(dof, float),
     )
