@@ -2,10 +2,14 @@
 
 import secrets
 from pathlib import Path
+from typing import Final
 
 import click
 
 from services.cli.progress import progress_bar
+
+# In a file there is room for a table of whole lines.
+_FILE_WIDTH: Final = 140
 
 
 @click.command()
@@ -24,6 +28,8 @@ def command(out: Path, seed: int | None, seconds: float, level: str) -> None:
     from services.demo import DemoConfig, Plan, run_demo
 
     console = Console()
+    if not console.is_terminal:
+        console = Console(width=_FILE_WIDTH)
     chosen = secrets.randbelow(1_000_000) if seed is None else seed
     console.print(f"seed {chosen}: simulating, while the services start")
     shown: dict[int, str] = {}

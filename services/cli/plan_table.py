@@ -13,7 +13,8 @@ def plan_table(plan: Mapping[str, Any]) -> Table:
     unit = "mm" if plan.get("scale") == "metric" else "1/1000"
     table = Table(title=f"grounded plan, revision {plan.get('revision', 0)}")
     for column in ("#", "sentence", "action", "target", "location", "status"):
-        table.add_column(column)
+        # What does not fit goes on in the next line; nothing is cut off.
+        table.add_column(column, overflow="fold", no_wrap=column in ("action", "status"))
     for column in (f"target at [{unit}]", f"left at [{unit}]", "sure"):
         table.add_column(column, justify="right")
     for each in plan.get("instructions", ()):
