@@ -1,5 +1,6 @@
 """TUM folders: `rgb.txt` with a camera file beside it."""
 
+from dataclasses import replace
 from pathlib import Path
 
 from gazemap.session.camera_file import read_camera
@@ -9,11 +10,17 @@ from gazemap.session.frames import ImageFiles, image_size, read_image
 from gazemap.session.image_list import read_image_list
 from gazemap.session.recorded import RecordedSession
 
+# What TUM's RGB-D benchmark has in place of millimetres.
+_BENCHMARK_UNITS_PER_M = 5000.0
+
 
 def open_tum(path: Path, *, camera: Path | None) -> RecordedSession:
     """Open a TUM folder; the streams of a session folder are read where they are there."""
     t_ns, paths = read_image_list(path / "rgb.txt")
     size = image_size(read_image(paths[0]))
+    depth = find_depth(path / "depth", listing=path / "depth.txt", frame_t_ns=t_ns)
+    if _is_of_the_benchmark(path / "depth.txt"):
+        depth = replace(depth, units_per_m=_BENCHMARK_UNITS_PER_M)
     return RecordedSession(
         data=read_data(path, scene_t_ns=t_ns),
         scene=ImageFiles(
@@ -21,5 +28,13 @@ def open_tum(path: Path, *, camera: Path | None) -> RecordedSession:
             t_ns=t_ns,
             paths=paths,
         ),
-        scene_depth=find_depth(path / "depth", listing=path / "depth.txt", frame_t_ns=t_ns),
+        scene_depth=depth,
     )
+
+
+def _is_of_the_benchmark(listing: Path) -> bool:
+    """Return whether a list of depth images begins as those of TUM's RGB-D benchmark do."""
+    if not listing.is_file():
+        return False
+    with listing.open(encoding="utf-8", errors="replace") as lines:
+        return next(lines, "").startswith("# depth maps")

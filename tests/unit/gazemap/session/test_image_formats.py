@@ -49,6 +49,19 @@ def test_a_tum_folder_has_its_times_to_the_nanosecond(tum):
     assert [int(f.image[0, 0, 0]) for f in frames] == [0, 20, 40]
 
 
+def test_depth_of_the_tum_benchmark_has_its_own_unit(tum):
+    (tum / "depth").mkdir()
+    units = np.full((60, 80), 6250, dtype=np.uint16)
+    assert cv2.imwrite(str(tum / "depth" / "0.png"), units)
+    (tum / "depth.txt").write_text("# depth maps\n1305031102.18 depth/0.png\n")
+    session = open_session(tum)
+    (frame,) = session.scene_depth_frames()
+    assert frame.depth_m[5, 5] == 1.25
+    (coded,) = session.scene_depth.coded()
+    depth_mm = cv2.imdecode(np.frombuffer(coded.data, np.uint8), cv2.IMREAD_UNCHANGED)
+    assert depth_mm[5, 5] == 1250
+
+
 def test_registered_depth_is_in_metres_and_nan_where_unknown(tum):
     (tum / "depth").mkdir()
     depth_mm = np.full((60, 80), 1250, dtype=np.uint16)
