@@ -202,6 +202,19 @@ def test_a_new_map_is_merged_when_it_meets_the_old():
     assert np.median(off) < 5e-3
 
 
+def test_a_map_that_has_hardly_begun_is_not_waited_for():
+    poses = swaying(60)
+    images = [draw(room() if n < 16 else room(seed=70), T) for n, T in enumerate(poses)]
+    with LiveTracker(CAMERA, config=CONFIG) as tracker:
+        outcomes = run(tracker, images)
+        events = tracker.take_events()
+    lost_ns = next(e.t_ns for e in events if e.kind is MapEventKind.LOST)
+    again_ns = [e.t_ns for e in events if e.kind is MapEventKind.NEW_MAP and e.t_ns > lost_ns]
+    assert 0.25 < (again_ns[0] - lost_ns) * 1e-9 < 1.2
+    assert isinstance(outcomes[-1], Tracked)
+    assert outcomes[-1].map_id == 1
+
+
 @pytest.mark.slow
 def test_a_loop_is_closed_that_a_wrong_lens_had_opened():
     """A focal length that is 4 % off turns a full turn into less: only the loop can tell."""
