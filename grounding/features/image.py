@@ -49,6 +49,8 @@ def read_patch(path: Path) -> PatchImage:
                         todo="cut the patch out of the image",
                     )
                 return _as_patch(image)
+    except IsADirectoryError as error:
+        raise InputError("a folder, no image", where=path, todo="give its images") from error
     except FileNotFoundError as error:
         raise InputError("no such file", where=path, todo="check the path") from error
     except UnidentifiedImageError as error:

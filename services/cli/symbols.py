@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from grounding.symbols.listing import ListedPatch
 
 _FILE = click.Path(path_type=Path, dir_okay=False)
+_IMAGE = click.Path(path_type=Path)  # one that is none gets a line and stops nothing
 
 
 @click.group()
@@ -61,7 +62,7 @@ def fit(
 
 @command.command()
 @click.argument("model", type=_FILE)
-@click.argument("images", nargs=-1, type=_FILE)
+@click.argument("images", nargs=-1, type=_IMAGE)
 @click.option("--list", "listing", type=_FILE, help="A csv file with image[,mm_per_px].")
 @click.option(
     "--mm-per-px", type=click.FloatRange(min=0, min_open=True), help="Metric scale of IMAGES."

@@ -73,10 +73,10 @@ def test_rows_are_as_promised(folder: Path, tmp_path: Path):
 
 def test_a_hostile_image_is_one_line_and_stops_nothing(folder: Path, tmp_path: Path):
     out = tmp_path / "out.csv"
-    names = [folder / name for name in (*HOSTILE, "none.png", "3.png")]
+    names = [folder / name for name in (*HOSTILE, "none.png", ".", "3.png")]
     result = run("classify", folder / "model.json", "--mm-per-px", 1.0, "--out", out, *names)
     assert result.exit_code == 0
-    assert len(result.stderr.splitlines()) == len(HOSTILE) + 1
+    assert len(result.stderr.splitlines()) == len(HOSTILE) + 2
     known = [row["image"] for row in read(out) if row["known"] == "1"]
     assert known == [str(folder / "3.png")] * 2
 

@@ -77,3 +77,8 @@ def test_what_cannot_be_read_is_said_in_one_line(tmp_path: Path, spoil, word: st
 def test_a_file_that_is_not_there_is_named(tmp_path: Path):
     with pytest.raises(InputError, match="no such file"):
         read_patch(tmp_path / "none.png")
+
+
+def test_a_folder_is_no_image(tmp_path: Path):
+    with pytest.raises(InputError, match="a folder"):
+        read_patch(tmp_path)
