@@ -48,23 +48,35 @@ class OffsetConfig:
     Attributes:
         max_deg: larger errors are not looked for.
         start_sigma_deg: how far from an object's centre people look, at first.
+        usual_spread_deg: the same as people's looks mostly have it ...
+        usual_spread_looks: ... which counts as much as so many looks of the session.
         min_sigma_deg: nobody looks more exactly.
         on_object: share of fixations that are on objects, at first.
+        usual_deg: standard deviation of eye trackers' errors.
+        reach_s: a thing is looked at for so long before it is taken.
+        in_use: how much more a thing in use is looked at than one that just stands there.
+        place_sigma_deg: how far off a place is thought to be, the same for all looks at it.
         ahead_s: a thing's next place is looked at so long before it gets there.
         systematic_deg: how far the error is from constant over the image, and people's aim from
             the middle of things, whatever the number of fixations.
         significance: the error is taken out if its squared Mahalanobis length is above this
-            (chi-square of two degrees at 99 %).
+            (chi-square of two degrees at 95 %).
         unknown_sigma_deg: how well gaze is known where nothing could be estimated.
     """
 
     max_deg: float = 5.0
     start_sigma_deg: float = 0.7
+    usual_spread_deg: float = 0.35
+    usual_spread_looks: float = 10.0
     min_sigma_deg: float = 0.1
     on_object: float = 0.5
+    usual_deg: float = 2.0
+    reach_s: float = 3.0
+    in_use: float = 8.0
+    place_sigma_deg: float = 0.25
     ahead_s: float = 6.0
     systematic_deg: float = 0.08
-    significance: float = 9.21
+    significance: float = 5.99
     unknown_sigma_deg: float = 1.0
 
 

@@ -17,6 +17,7 @@ _UNSEEN = 1e-2
 _SHADES = (0.35, 0.45, 0.55, 0.65, 0.75, 0.85)
 _SHADE_STRIDE = 3
 _SHADE_SHARE = 0.3
+_MIN_VISIBLE = 0.25
 # Neighbouring bins share what falls near their border: a Gaussian of 0.7 bins.
 _BLUR = np.exp(-0.5 * (np.subtract.outer(np.arange(_BINS), np.arange(_BINS)) / 0.7) ** 2)
 _BLUR /= _BLUR.sum(axis=1, keepdims=True)
@@ -36,14 +37,20 @@ class ColourModel:
 class ColourDivision:
     """Cut-outs of one thing, each pixel sorted into a bin of colours."""
 
-    def __init__(self, crops: list[Crop]) -> None:
-        """Sort the pixels of at least one cut-out; all are of one size."""
+    def __init__(self, crops: list[Crop], *, hidden_by: tuple[FloatArray, ...] = ()) -> None:
+        """Sort the pixels of at least one cut-out; all are of one size.
+
+        Args:
+            crops: the cut-outs.
+            hidden_by: shapes of things that are known to stand there; where one stands in front
+                of what a cut-out looks at, its pixels say nothing.
+        """
         self.crops = crops
         self.size_px = crops[0].image.shape[0]
         self.projections = np.stack([c.projection for c in crops])
         self._bins = np.stack([_colour_bins(c.image) for c in crops])
         self._shaded = np.stack([_shaded_bins(c.image) for c in crops])
-        self._valid = np.stack([c.valid for c in crops])
+        self._valid = np.stack([c.valid & ~_hidden(c, hidden_by) for c in crops])
         kinds = np.array([c.is_overhead for c in crops])
         self._views = {bool(k): np.flatnonzero(kinds == k) for k in np.unique(kinds)}
 
@@ -75,10 +82,18 @@ class ColourDivision:
         return odds, total
 
     def clarity(self, shape: FloatArray, inside_model: ColourModel | None = None) -> float:
-        """Return the mean log-odds inside the silhouette, in the view where it is least."""
+        """Return the mean log-odds inside the silhouette, in the view where it is least.
+
+        Views from which it is mostly hidden do not count: slivers are of no clear colour.
+        """
         odds, _ = self.log_odds(shape, inside_model)
-        inside = self.masks(shape) & self._valid
-        means = [float(o[m].mean()) for o, m in zip(odds, inside, strict=True) if m.any()]
+        whole = self.masks(shape)
+        inside = whole & self._valid
+        means = [
+            float(o[m].mean())
+            for o, m, w in zip(odds, inside, whole, strict=True)
+            if m.any() and m.sum() >= _MIN_VISIBLE * w.sum()
+        ]
         return min(means, default=0.0)
 
     def model(self, shape: FloatArray) -> ColourModel:
@@ -90,6 +105,16 @@ class ColourDivision:
                 for kind, views in self._views.items()
             }
         )
+
+
+def _hidden(crop: Crop, shapes: tuple[FloatArray, ...]) -> BoolArray:
+    """Return the pixels (n, n) of a cut-out that show things nearer than what it looks at."""
+    size_px = crop.image.shape[0]
+    hidden = np.zeros((size_px, size_px), dtype=np.uint8)
+    for shape in shapes:
+        if crop.projection[2] @ np.append(shape[:3], 1.0) < crop.distance_m:
+            hidden |= mask_inside(shape, crop.projection, size_px).astype(np.uint8)
+    return np.asarray(cv2.dilate(hidden, np.ones((3, 3), np.uint8)).astype(bool))
 
 
 def _shaded_bins(image: ImageArray) -> IntArray:

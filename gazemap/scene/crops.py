@@ -69,6 +69,7 @@ class Crop:
         valid: (n, n) which pixels lie in the camera's image.
         projection: (3, 4) world to pixel of the cut-out.
         is_overhead: whether the overhead camera took it.
+        distance_m: of the place from the camera.
     """
 
     t_ns: int
@@ -76,6 +77,7 @@ class Crop:
     valid: BoolArray
     projection: FloatArray
     is_overhead: bool
+    distance_m: float
 
 
 def as_bgr(image: ImageArray) -> ImageArray:
@@ -114,6 +116,7 @@ def cut_out(
         valid=view.camera.contains(uv_px.reshape(-1, 2)).reshape(size_px, size_px),
         projection=K_crop @ T_crop_world,
         is_overhead=view.is_overhead,
+        distance_m=distance,
     )
 
 

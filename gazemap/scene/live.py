@@ -19,6 +19,8 @@ from gazemap.types.session import TagLayout
 
 _DEFAULT_OUTLINE = np.array([[-0.6, -0.4], [0.6, 0.4]])
 _SAME_SIZE = 0.25  # largest relative difference of sides
+_COVER_SLACK_NS = 2_500_000_000  # an arm hides a stack for so long while it is built
+_ON_TOP_M = 0.002
 _CARRY_SLACK_NS = 500_000_000  # the moments of leaving and coming are known only so well
 
 
@@ -112,8 +114,13 @@ class LiveObjects:
         known = self._objects.get(resting.object_id)
         was_carried = known is not None and len(known.track) > 1
         candidates = [known] if known and was_carried else self._away(resting)
-        below = [self._resting.get(s.site_id) for s in resting.site.covers]
-        bases = [r.fit.box.top_m for r in below if r and r.object_id and r.fit]
+        below = self._below(resting)
+        bases = [r.fit.box.top_m for r in below if r.fit]
+        resting.hidden_by = tuple(
+            r.fit.box.shape
+            for r in self._resting.values()
+            if r.object_id and r.fit and r.site.left_ns is None and r not in (resting, *below)
+        )
         object_id = resting.place([self._known(c) for c in candidates], [0.0, *bases])
         if not object_id and not was_carried and resting.measure():
             if self._is_there_already(resting):
@@ -123,7 +130,42 @@ class LiveObjects:
         if not object_id:
             return []
         resting.object_id = object_id
-        return [self._record(resting)]
+        return [*self._uncovered(below, resting), self._record(resting)]
+
+    def _below(self, resting: Resting) -> list[Resting]:
+        """Return the places on which a newcomer may stand.
+
+        A thing that was covered may be taken to have left when the newcomer came.
+        """
+        covered = {s.site_id for s in resting.site.covers}
+        since_ns = resting.site.first_ns - _COVER_SLACK_NS
+        return [
+            r
+            for r in self._resting.values()
+            if r is not resting
+            and r.object_id
+            and (r.site.site_id in covered or self._seemed_to_leave(r, resting, since_ns))
+        ]
+
+    @staticmethod
+    def _seemed_to_leave(below: Resting, above: Resting, since_ns: int) -> bool:
+        left_ns = below.site.left_ns
+        return left_ns is not None and left_ns > since_ns and below.stands_under(above)
+
+    def _uncovered(self, below: list[Resting], resting: Resting) -> list[SceneObject]:
+        """Put back what only seemed to have left when something was put on it."""
+        back = [
+            r
+            for r in below
+            if r.fit
+            and resting.fit
+            and r.site.left_ns is not None
+            and r.object_id != resting.object_id
+            and abs(resting.fit.box.base_m - r.fit.box.top_m) < _ON_TOP_M
+        ]
+        for each in back:
+            each.site.left_ns = None
+        return [self._record(each) for each in back]
 
     def _identify(self, resting: Resting, away: list[SceneObject]) -> str:
         """Return the carried thing of about the measured size, or a new name."""

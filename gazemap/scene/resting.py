@@ -40,6 +40,8 @@ class Resting:
         fit: the box, once there is one.
         colours: the thing's colours, once there is a box.
         is_flat: whether it is known to be a mark on the table.
+        centre_world: (3,) the point that the cut-outs look at.
+        hidden_by: shapes of other things, which may stand before it.
     """
 
     def __init__(self, site: Site, table: TableView, config: BoxFitConfig) -> None:
@@ -50,9 +52,10 @@ class Resting:
         self.colours: ColourModel | None = None
         self.is_flat = False
         plan = table.rectangle(site.fresh)
-        self._centre_world = np.array([*plan.centre_xy, _LOOK_M])
+        self.centre_world = np.array([*plan.centre_xy, _LOOK_M])
         self._span_m = float(plan.sides_m.max()) + _ROOM_M
         self._crops: list[Crop] = []
+        self.hidden_by: tuple[FloatArray, ...] = ()
 
     @property
     def _head_crops(self) -> list[Crop]:
@@ -71,7 +74,7 @@ class Resting:
         crop = cut_out(
             frame,
             view,
-            centre_world=self._centre_world,
+            centre_world=self.centre_world,
             span_m=self._span_m,
             size_px=self._config.crop_px,
         )
@@ -91,7 +94,7 @@ class Resting:
 
     def measure(self) -> bool:
         """Fit a box on the table; return whether there is a volume."""
-        division = ColourDivision(self._crops)
+        division = ColourDivision(self._crops, hidden_by=self.hidden_by)
         starts = self._starts(self.site.fresh)
         fit = fit_box(division, starts, self._config)
         if self.fit is None and division.clarity(fit.box.shape) < _DOUBTFUL:
@@ -151,7 +154,7 @@ class Resting:
         Returns:
             Its name, or an empty string where none explains what is seen.
         """
-        division = ColourDivision(self._crops)
+        division = ColourDivision(self._crops, hidden_by=self.hidden_by)
         best: tuple[Known, BoxFit] | None = None
         for known in candidates:
             fit = fit_place(
@@ -188,6 +191,13 @@ class Resting:
             return float("inf")
         measured, known = np.sort(self.fit.box.size_m), np.sort(size_m)
         return float(np.abs(np.log(measured / known)).max())
+
+    def stands_under(self, other: "Resting") -> bool:
+        """Whether the middle of another place lies over this one's box."""
+        if self.fit is None:
+            return False
+        apart = np.linalg.norm(self.fit.box.centre[:2] - other.centre_world[:2])
+        return bool(apart < 0.5 * self.fit.box.size_m[:2].min())
 
     def overlaps(self, other: "Resting") -> bool:
         """Whether two fitted boxes share their middle."""

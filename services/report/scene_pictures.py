@@ -10,45 +10,69 @@ from matplotlib.patches import Ellipse, Polygon
 from scipy.stats import chi2
 
 from gazemap.geometry.arrays import FloatArray, ImageArray
+from gazemap.geometry.camera import Camera
+from gazemap.geometry.pose import Cam, Pose, World
+from gazemap.scene.crops import PosedCamera, as_bgr
+from gazemap.scene.shaded import look_at, shaded_view
+from gazemap.scene.surface import box_vertices
 from gazemap.types.fixation import Fixation3D
 from gazemap.types.scene import SceneModel, SceneObject
 from gazemap.types.tracking import Trajectory
 from services.rebuild.outputs import Membership
 from services.report.picture import instruction_colour
 
-_MESH_POINT_COUNT = 40_000
-_VIEWS_DEG = ((28.0, -115.0), (28.0, -35.0))
+_SIDES_RAD = tuple(np.radians([-115.0, -35.0]))
+_RISE = 0.75  # how high above the middle the views are taken, as a share of their distance
+_VIEW = Camera(
+    width_px=900,
+    height_px=640,
+    K=np.array([[800.0, 0.0, 449.5], [0.0, 800.0, 319.5], [0.0, 0.0, 1.0]]),
+    distortion=np.zeros(0),
+)
+_PATH_BGR, _LOOK_BGR, _WHITE = (60, 60, 60), (0, 94, 213), (255, 255, 255)
 _ELLIPSE_SCALE = float(np.sqrt(chi2.ppf(0.95, 2)))
 Memberships = Mapping[int, Membership]
 
 
-def surface_figure(
+def surface_pictures(
     scene: SceneModel, trajectory: Trajectory, fixations: Sequence[Fixation3D]
-) -> Figure:
-    """Return the mesh with the head camera's path and the fixations, from two sides."""
-    figure = Figure(figsize=(13, 6), layout="constrained")
-    step = max(1, len(scene.mesh.vertices_world) // _MESH_POINT_COUNT)
-    vertices = scene.mesh.vertices_world[::step]
-    colours = scene.mesh.colours[::step] / 255.0
-    hits = _points(fixations)
-    for k, (elevation, azimuth) in enumerate(_VIEWS_DEG):
-        axes = figure.add_subplot(1, 2, k + 1, projection="3d")
-        axes.scatter(*vertices.T, c=colours, s=1.5, linewidths=0)
-        axes.plot(*trajectory.p_world_cam.T, color="black", linewidth=1.0, label="head camera")
-        axes.scatter(*hits.T, c="#D55E00", s=14, label="fixations", depthshade=False)
-        axes.set(xlabel="x", ylabel="y", zlabel="z")
-        axes.view_init(elev=elevation, azim=azimuth)
-        _equal_axes(axes, np.vstack([vertices, trajectory.p_world_cam]))
-        if k == 0:
-            axes.legend(loc="upper left")
-    return figure
+) -> list[ImageArray]:
+    """Return the mesh with the head camera's path and the fixations (H, W, 3) BGR, two sides."""
+    hits, path = _points(fixations), trajectory.p_world_cam
+    around = np.vstack([hits, path, *(t.T_world_body.t for o in scene.objects for t in o.track)])
+    if len(around) == 0:
+        around = scene.mesh.vertices_world
+    low, high = np.percentile(around, [2, 98], axis=0)
+    middle, size = (low + high) / 2, max(float(np.linalg.norm(high - low)), 1e-6)
+    pictures = []
+    for azimuth in _SIDES_RAD:
+        aside = np.array([np.cos(azimuth), np.sin(azimuth), _RISE])
+        T_world_cam = look_at(middle + 1.35 * size * aside, middle)
+        drawn = shaded_view(scene.mesh, _VIEW, T_world_cam)
+        _draw_path(drawn, _projected(path, T_world_cam))
+        for uv_px in _projected(hits, T_world_cam):
+            _draw_dot(drawn, uv_px, _LOOK_BGR, radius_px=4)
+        pictures.append(drawn)
+    return pictures
 
 
-def _equal_axes(axes: Axes, points: FloatArray) -> None:
-    low, high = np.percentile(points, [0.5, 99.5], axis=0)
-    high = np.maximum(high, low + 0.05)
-    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
-    axes.set_box_aspect(high - low)
+def _projected(points_world: FloatArray, T_world_cam: Pose[World, Cam]) -> FloatArray:
+    uv_px = _VIEW.project(T_world_cam.inverse().transform(points_world.reshape(-1, 3)))
+    return uv_px[np.isfinite(uv_px).all(axis=1)]
+
+
+def _draw_path(drawn: ImageArray, uv_px: FloatArray) -> None:
+    line = [np.rint(uv_px).astype(np.int32).reshape(-1, 1, 2)]
+    for colour, width in ((_WHITE, 4), (_PATH_BGR, 2)):
+        cv2.polylines(drawn, line, isClosed=False, color=colour, thickness=width, lineType=16)
+
+
+def _draw_dot(
+    drawn: ImageArray, uv_px: FloatArray, bgr: tuple[int, int, int], *, radius_px: int
+) -> None:
+    u, v = np.rint(uv_px).astype(int).tolist()
+    cv2.circle(drawn, (u, v), radius_px + 1, _WHITE, -1, cv2.LINE_AA)
+    cv2.circle(drawn, (u, v), radius_px, bgr, -1, cv2.LINE_AA)
 
 
 def table_figure(
@@ -95,20 +119,56 @@ def _ellipse(point: FloatArray, cov: FloatArray, colour: str) -> Ellipse:
 
 
 def overhead_picture(
-    image: ImageArray, fixations: Sequence[Fixation3D], memberships: Memberships
+    image: ImageArray,
+    view: PosedCamera,
+    scene: SceneModel,
+    fixations: Sequence[Fixation3D],
+    memberships: Memberships,
 ) -> ImageArray:
-    """Return the overhead view (H, W, 3) BGR with the fixations drawn into it."""
-    drawn = image.copy() if image.ndim == 3 else cv2.cvtColor(image, cv2.COLOR_GRAY2BGR)
+    """Return the overhead view (H, W, 3) BGR with the objects, the fixations and their ellipses.
+
+    Objects are outlined where they first stood; ellipses hold 95 %.
+    """
+    drawn = as_bgr(image).copy()
+    for thing in scene.objects:
+        _outline(drawn, view, thing)
     for each in fixations:
-        if each.overhead_uv_px is None:
+        if each.overhead_uv_px is None or each.point_world is None or each.cov_world is None:
             continue
         member = memberships.get(each.fixation.fixation_id)
         colour = instruction_colour(None if member is None else member.instruction)
-        bgr = tuple(int(colour[i : i + 2], 16) for i in (5, 3, 1))
-        u, v = np.rint(each.overhead_uv_px).astype(int).tolist()
-        cv2.circle(drawn, (u, v), 7, (255, 255, 255), 4, cv2.LINE_AA)
-        cv2.circle(drawn, (u, v), 7, bgr, 2, cv2.LINE_AA)
-    return np.asarray(drawn, dtype=np.uint8)
+        bgr = (int(colour[5:7], 16), int(colour[3:5], 16), int(colour[1:3], 16))
+        border = [np.rint(_border(view, each.point_world, each.cov_world)).astype(np.int32)]
+        for ink, width in ((_WHITE, 3), (bgr, 1)):
+            cv2.polylines(drawn, border, isClosed=True, color=ink, thickness=width, lineType=16)
+        _draw_dot(drawn, each.overhead_uv_px, bgr, radius_px=2)
+    return drawn
+
+
+def _outline(drawn: ImageArray, view: PosedCamera, thing: SceneObject) -> None:
+    corners = thing.track[0].T_world_body.transform(box_vertices(thing.size_m))
+    uv_px = view.project(corners)
+    if not view.camera.contains(uv_px).all():
+        return
+    hull = cv2.convexHull(np.rint(uv_px).astype(np.int32))
+    for ink, width in (((0, 0, 0), 3), (_WHITE, 1)):
+        cv2.polylines(drawn, [hull], isClosed=True, color=ink, thickness=width, lineType=16)
+    u, v = np.rint(uv_px.max(axis=0)).astype(int).tolist()
+    name = thing.object_id.removeprefix("object-")
+    for ink, width in (((0, 0, 0), 4), (_WHITE, 1)):
+        cv2.putText(drawn, name, (u, v), cv2.FONT_HERSHEY_SIMPLEX, 0.55, ink, width, cv2.LINE_AA)
+
+
+def _border(view: PosedCamera, point: FloatArray, cov: FloatArray) -> FloatArray:
+    """Return pixels (N, 2) around a point's 95 % ellipse in a view, by its derivative there."""
+    step_m = 1e-3
+    around = view.project(point + step_m * np.vstack([np.zeros((1, 3)), np.eye(3)]))
+    J_px = (around[1:] - around[0]).T / step_m  # (2, 3)
+    values, vectors = np.linalg.eigh(J_px @ cov @ J_px.T)
+    angles = np.linspace(0, 2 * np.pi, 40, endpoint=False)
+    circle = np.column_stack([np.cos(angles), np.sin(angles)])
+    half_axes = _ELLIPSE_SCALE * np.sqrt(np.maximum(values, 0.25))  # never below half a pixel
+    return np.asarray(around[0] + (circle * half_axes) @ vectors.T)
 
 
 def _points(fixations: Sequence[Fixation3D]) -> FloatArray:

@@ -8,12 +8,13 @@ import cv2
 import numpy as np
 
 from gazemap.geometry.arrays import ImageArray
+from gazemap.scene.crops import PosedCamera
 from gazemap.types.tracking import Scale
 from grounding.symbols.picture import draw_symbol
 from services.report.page import Picture, Section, write_page
 from services.report.picture import png_bytes
 from services.report.plan_pictures import timeline_figure
-from services.report.scene_pictures import overhead_picture, surface_figure, table_figure
+from services.report.scene_pictures import overhead_picture, surface_pictures, table_figure
 
 if TYPE_CHECKING:
     from services.rebuild.run import Rebuilt
@@ -47,24 +48,30 @@ def _scene(rebuilt: "Rebuilt") -> Section:
     mapped = rebuilt.mapped
     fixations, trajectory = mapped.looks.fixations, mapped.located.slam.trajectory
     unit = "m" if trajectory.scale is Scale.METRIC else "arbitrary"
-    views = surface_figure(mapped.scene, trajectory, fixations)
+    sides = surface_pictures(mapped.scene, trajectory, fixations)
     table = table_figure(mapped.scene, fixations, rebuilt.memberships, unit=unit)
+    title = "the surface from the {}: the head camera's path in grey, fixations in orange"
     pictures = [
-        Picture(
-            title="the surface from two sides, the head's path, fixations", png=png_bytes(views)
-        ),
-        Picture(title="the table from above", png=png_bytes(table)),
+        Picture(title=title.format(side), png=_png(drawn))
+        for side, drawn in zip(("left", "right"), sides, strict=True)
     ]
+    pictures.append(Picture(title="the table from above", png=png_bytes(table)))
     return Section(heading="Scene", note=f"World, lengths in {unit}.", pictures=pictures)
 
 
 def _overhead(rebuilt: "Rebuilt") -> list[Section]:
     mapped = rebuilt.mapped
     first = next(iter(mapped.session.overhead_frames()), None)
-    if first is None or mapped.located.T_world_overhead is None:
+    camera, T_world_overhead = mapped.session.overhead_camera, mapped.located.T_world_overhead
+    if first is None or camera is None or T_world_overhead is None:
         return []
-    drawn = overhead_picture(first.image, mapped.looks.fixations, rebuilt.memberships)
-    note = "The overhead camera's first image with all fixations, coloured by instruction."
+    view = PosedCamera.of(camera, T_world_overhead, is_overhead=True)
+    looks, members = mapped.looks.fixations, rebuilt.memberships
+    drawn = overhead_picture(first.image, view, mapped.scene, looks, members)
+    note = (
+        "The overhead camera's first image: objects where they stood then, all fixations with "
+        "their 95 % ellipses, coloured by instruction."
+    )
     pictures = [Picture(title="overhead view", png=_png(drawn))]
     return [Section(heading="Overhead view", note=note, pictures=pictures)]
 

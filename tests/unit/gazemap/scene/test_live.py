@@ -76,6 +76,16 @@ def test_a_box_put_on_another_stands_on_its_top(rig):
     assert nearest(live, CUBE).track[0].left_ns is None
 
 
+def test_a_known_box_is_found_behind_another_that_hides_it_from_the_head(rig):
+    front = DrawnBox(centre=(0.0, 0.0, 0.03), yaw_rad=0.0, size_m=(0.06,) * 3, bgr=(60, 170, 60))
+    behind = moved(CELL, 0.0, 0.072, 0.009)
+    frames = [Tabletop([front, CELL], MARKS)] * 10 + [Tabletop([front], MARKS)] * 8
+    live = watch(rig, frames + [Tabletop([front, behind], MARKS)] * 9)
+    thing = nearest(live, CELL)
+    assert len(thing.track) == 2
+    assert np.linalg.norm(thing.track[1].T_world_body.t - behind.centre) < 0.006
+
+
 def test_nothing_is_reported_without_views_that_tell_height(rig, still):
     live = LiveObjects(rig.overhead_camera, rig.T_world_overhead, CONFIG)
     for k, table in enumerate(still):
