@@ -7,6 +7,8 @@ from typing import Final
 
 import numpy as np
 
+from grounding.glide.align import Alignment
+from grounding.glide.chance import beyond_chance
 from grounding.glide.config import GlideConfig
 from grounding.glide.follow import Follower
 from grounding.glide.model import Demonstration
@@ -88,12 +90,14 @@ def ground_session(  # noqa: PLR0913  all that a session is, by name
         alignment = align_session(demonstration, config.glide)
     else:
         alignment = follower.align(demonstration, config.glide)
+    is_believed = _goes_together(demonstration, alignment, config, is_over=follower is None)
     instructions = ground_instructions(
         demonstration.spoken,
         alignment,
         config.plan,
         unit_m=config.glide.scene_unit_m,
         open_end=follower is not None,
+        is_believed=is_believed,
     )
     plan = GroundedPlan(
         session=name,
@@ -109,13 +113,24 @@ def ground_session(  # noqa: PLR0913  all that a session is, by name
     symbols = learn_from_patches(patches, config.symbols)
     return SessionGrounding(
         plan=heed_words(with_patches(plan, patches), patches, symbols),
-        looks=alignment.looks if alignment.fit >= config.plan.fit else _unclaimed(alignment.looks),
+        looks=alignment.looks if is_believed else _unclaimed(alignment.looks),
         patches=tuple(patches),
         symbols=symbols,
         relations=demonstrations_of(
             demonstration.spoken, alignment.instructions, heading_rad=demonstration.heading_rad
         ),
     )
+
+
+def _goes_together(
+    demonstration: Demonstration, alignment: Alignment, config: GroundingConfig, *, is_over: bool
+) -> bool:
+    """Return whether the gaze belongs to the narration, as far as can be told."""
+    if alignment.fit < config.plan.fit:
+        return False
+    if not is_over or len(demonstration.spoken) < config.plan.told_by_chance:
+        return True
+    return beyond_chance(demonstration, config.glide) >= config.plan.beyond_chance
 
 
 def _unclaimed(looks: Sequence[LookBelief]) -> tuple[LookBelief, ...]:

@@ -33,6 +33,8 @@ class PlanConfig:
         looks: least expected number of looks that speak for it.
         looks_unseen: the same where vision has no instance of the target.
         fit: least share of the looks within actions that are at what they should be at.
+        beyond_chance: least evidence beyond that of looks in disorder, standard deviations.
+        told_by_chance: least number of instructions for which that says anything.
         candidate: least probability of a candidate that is named.
     """
 
@@ -43,6 +45,8 @@ class PlanConfig:
     looks: float = 0.9
     looks_unseen: float = 1.8
     fit: float = 0.65
+    beyond_chance: float = 5.0
+    told_by_chance: int = 6
     candidate: float = 0.02
 
 
@@ -164,6 +168,7 @@ def ground_instructions(
     *,
     unit_m: float = 1.0,
     open_end: bool = False,
+    is_believed: bool = True,
 ) -> tuple[GroundedInstruction, ...]:
     """Decide for each instruction what is sure; what is not sure is left open.
 
@@ -173,6 +178,7 @@ def ground_instructions(
         config: when a belief counts as sure.
         unit_m: one metre in world units.
         open_end: the session goes on; what is put somewhere is settled when that is over.
+        is_believed: whether gaze and narration go together at all.
     """
     found = tuple(
         _ground(
@@ -185,7 +191,7 @@ def ground_instructions(
         )
         for each, belief in zip(spoken, alignment.instructions, strict=True)
     )
-    return found if alignment.fit >= config.fit else tuple(_doubted(x, alignment) for x in found)
+    return found if is_believed else tuple(_doubted(x, alignment) for x in found)
 
 
 def _doubted(each: GroundedInstruction, alignment: Alignment) -> GroundedInstruction:

@@ -87,6 +87,15 @@ def align_session(
     )
 
 
+def first_window(demonstration: Demonstration, config: GlideConfig) -> Demonstration:
+    """Return the first instructions that are aligned at once, with their looks and movements."""
+    if len(demonstration.spoken) <= config.window:
+        return demonstration
+    fixations = sorted(demonstration.fixations, key=lambda f: (f.start_ns, f.fixation_id))
+    window = _window(demonstration, fixations, config, first=0, look=0)
+    return cut(demonstration, fixations, window)
+
+
 def _align(
     demonstration: Demonstration,
     config: GlideConfig,
