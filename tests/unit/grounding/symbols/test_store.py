@@ -1,5 +1,8 @@
 import json
 import os
+import subprocess
+import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -37,6 +40,27 @@ def test_a_kill_while_writing_leaves_the_old_model(tmp_path: Path, model: Symbol
     save_model(path, model)
     (tmp_path / ".model.json.abc").write_text('{"version": 1, "symb')
     assert set(read_model(path).words) == set(model.words)
+
+
+def test_a_process_killed_at_any_moment_leaves_whole_models(tmp_path: Path, model: SymbolModel):
+    path = tmp_path / "model.json"
+    save_model(path, model)
+    program = (
+        "import sys, pathlib; from grounding.symbols.store import read_model, save_model\n"
+        "path = pathlib.Path(sys.argv[1]); model = read_model(path); print(flush=True)\n"
+        "while True: save_model(path, model)"
+    )
+    for wait_s in (0.013, 0.041):
+        with subprocess.Popen(
+            [sys.executable, "-c", program, str(path)], stdout=subprocess.PIPE
+        ) as saving:
+            assert saving.stdout is not None
+            saving.stdout.readline()
+            time.sleep(wait_s)  # no clock of ours: the moment of the kill is the subject
+            saving.kill()
+        versions = (tmp_path / "model.json.versions").glob("*.json")
+        for each in (path, *versions):
+            assert set(read_model(each).words) == set(model.words)
 
 
 def test_old_versions_leave(tmp_path: Path, model: SymbolModel):
