@@ -194,8 +194,10 @@ def check_mesh(out):
     assert int(counts["face"]) > 0
 
 
-def check_report(out, *, least_pictures):
+def check_report(out, *, scale, least_pictures):
     page = (out / "report.html").read_text()
+    assert f"scale {scale}" in page
+    assert scale == "metric" or not re.search(r"\[m?m\]|in m\.", page)
     assert not re.search(r"""(src|href)=["'](?!data:|#)""", page)
     assert page.count("data:image/png;base64,") >= least_pictures
 
@@ -223,4 +225,4 @@ def check_rebuild(out, *, scale, least_pictures=3):
     )
     assert all({"sentence", "reason"} <= set(each) for each in plan["unparsed"])
     check_symbols(out)
-    check_report(out, least_pictures=least_pictures)
+    check_report(out, scale=scale, least_pictures=least_pictures)

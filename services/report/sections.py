@@ -47,7 +47,7 @@ def _timeline(rebuilt: "Rebuilt", plan: Mapping[str, Any]) -> Section:
 def _scene(rebuilt: "Rebuilt") -> Section:
     mapped = rebuilt.mapped
     fixations, trajectory = mapped.looks.fixations, mapped.located.slam.trajectory
-    unit = "m" if trajectory.scale is Scale.METRIC else "arbitrary"
+    unit = "m" if trajectory.scale is Scale.METRIC else "arbitrary units"
     sides = surface_pictures(mapped.scene, trajectory, fixations)
     table = table_figure(mapped.scene, fixations, rebuilt.memberships, unit=unit)
     title = "the surface from the {}: the head camera's path in grey, fixations in orange"
