@@ -13,6 +13,8 @@ from gazemap.scene.cast import open3d
 from gazemap.scene.crops import PosedCamera
 from gazemap.types.scene import Mesh, SurfaceKind
 
+_OPEN3D_STRIDE = 4
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class DepthView:
@@ -60,8 +62,8 @@ def fuse_depth(
     is_empty = True
     for view in views:
         straight = _without_lens(view)
-        if not ((straight[0] > 0) & (straight[0] < far_m)).any():
-            continue  # Open3D takes an image without depth for an error
+        if not _is_seen_by_open3d(straight[0], far_m=far_m):
+            continue
         images = [o3d.t.geometry.Image(core.Tensor.from_numpy(x)) for x in straight]
         lens = core.Tensor(np.array(view.view.camera.K))
         pose = core.Tensor(_cam_from_world(view.view))
@@ -70,6 +72,16 @@ def fuse_depth(
             grid.integrate(blocks, *images, lens, pose, 1.0, far_m)
             is_empty = False
     return None if is_empty else _mesh_of(grid, kind)
+
+
+def _is_seen_by_open3d(depth_m: NDArray[np.float32], *, far_m: float) -> bool:
+    """Return whether Open3D, which looks at one pixel in four each way, meets any depth (h, w).
+
+    It takes an image in which it meets none for an error.
+    """
+    rows, columns = (size // _OPEN3D_STRIDE * _OPEN3D_STRIDE for size in depth_m.shape)
+    looked_at = depth_m[:rows:_OPEN3D_STRIDE, :columns:_OPEN3D_STRIDE]
+    return bool(((looked_at > 0) & (looked_at < far_m)).any())
 
 
 def _mesh_of(grid: Any, kind: SurfaceKind) -> Mesh | None:  # noqa: ANN401 - Open3D has no types
