@@ -14,16 +14,18 @@ from gazemap.gaze.offset import estimate_gaze_offset
 from gazemap.geometry.arrays import ImageArray
 from gazemap.geometry.pose import Overhead, Pose, World
 from gazemap.ports import Progress, Session
-from gazemap.scene.build import build_scene
+from gazemap.scene.build import build_scene, table_outline
 from gazemap.scene.cast import SceneCaster
 from gazemap.scene.config import SceneConfig
+from gazemap.scene.table_matches import match_table
 from gazemap.slam.config import SlamConfig
 from gazemap.slam.offline import map_session
-from gazemap.slam.tag_alignment import locate_static_camera
+from gazemap.slam.tag_alignment import locate_static_camera, pose_from_points
 from gazemap.types.fixation import Fixation3D, GazeOffset
 from gazemap.types.scene import SceneModel
 from gazemap.types.session import Fixation
 from gazemap.types.slam import SlamResult
+from gazemap.types.tracking import Trajectory
 
 # A fixed camera is located from images this far apart; an arm covers no tag in most of them.
 _OVERHEAD_STRIDE: Final = 10
@@ -80,13 +82,34 @@ class Looks:
 
 
 def locate_cameras(session: Session, config: MappingConfig, *, progress: Progress) -> Located:
-    """Track the head camera and find the overhead camera by the tags of the layout."""
+    """Track the head camera and find the overhead camera by the tags, or by the table itself."""
     slam = map_session(session, config.slam, progress=progress)
-    camera, layout = session.overhead_camera, session.data.tags
-    T_world_overhead = None
-    if camera is not None and layout is not None:
-        T_world_overhead = locate_static_camera(_spread_images(session), camera, layout=layout)
+    T_world_overhead = _locate_by_tags(session)
+    if T_world_overhead is None:
+        T_world_overhead = _locate_by_table(session, slam.trajectory, config)
     return Located(slam=slam, T_world_overhead=T_world_overhead)
+
+
+def _locate_by_tags(session: Session) -> Pose[World, Overhead] | None:
+    camera, layout = session.overhead_camera, session.data.tags
+    if camera is None or layout is None:
+        return None
+    return locate_static_camera(_spread_images(session), camera, layout=layout)
+
+
+def _locate_by_table(
+    session: Session, trajectory: Trajectory, config: MappingConfig
+) -> Pose[World, Overhead] | None:
+    """Find the overhead camera by what both cameras see of the table."""
+    camera = session.overhead_camera
+    if camera is None or not trajectory.t_ns.size:
+        return None
+    outline_xy = table_outline(session.data.tags, margin_m=config.scene.margin_m)
+    matches = match_table(session, trajectory, outline_xy)
+    if matches is None:
+        return None
+    flat = camera.normalize(matches.uv_px)
+    return pose_from_points(matches.points_world, flat, focal_px=float(camera.K[0, 0]))
 
 
 def _spread_images(session: Session) -> Iterator[ImageArray]:

@@ -95,8 +95,8 @@ def _depth_scale(session: Session, posed: PosedMap) -> float | None:
 
 
 def _level(posed: PosedMap, metres: float | None) -> Placement:
-    S = level(posed.path)
-    if metres is None:
-        return Placement(S_world_map=S, scale=Scale.ARBITRARY)
-    S = Similarity(scale=metres, R=S.R, t=metres * S.t)
-    return Placement(S_world_map=S, scale=Scale.METRIC)
+    points_map = posed.refined.points_map[posed.refined.is_good]
+    return Placement(
+        S_world_map=level(posed.path, points_map, metres=metres),
+        scale=Scale.ARBITRARY if metres is None else Scale.METRIC,
+    )

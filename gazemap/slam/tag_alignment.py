@@ -140,13 +140,19 @@ def locate_static_camera(
         return None
     world = np.concatenate([tag.T_world_tag.transform(tag.corners_tag) for tag in tags])
     flat = np.concatenate([np.median(seen[tag.tag_id], axis=0) for tag in tags])
-    return _pose_from_corners(world, flat, focal_px=float(camera.K[0, 0]))
+    return pose_from_points(world, flat, focal_px=float(camera.K[0, 0]))
 
 
-def _pose_from_corners(
+def pose_from_points(
     world: FloatArray, flat: FloatArray, *, focal_px: float
 ) -> Pose[World, Overhead] | None:
-    """Return the pose from points (N, 3) and their views (N, 2), the best of a plane's two."""
+    """Return a camera's pose from points and their views, the best of a plane's two.
+
+    Args:
+        world: (N, 3) the points.
+        flat: (N, 2) their views, x/z and y/z.
+        focal_px: turns x/z into pixels, in which a robust loss weighs what does not fit.
+    """
     start = [
         np.concatenate([rotvec.ravel(), origin.ravel()])
         for rotvec, origin in zip(

@@ -7,12 +7,17 @@ from gazemap.geometry.arrays import FloatArray, IntArray
 from gazemap.geometry.camera import Camera
 from gazemap.geometry.pose import Cam, Pose, World
 from gazemap.slam.frame_path import FramePath, shutter_shift
+from gazemap.slam.support import Support, find_support
 from gazemap.slam.tag_alignment import Map, TagSighting, align_to_tags
 from gazemap.slam.tags import TagDetector, TagView
 from gazemap.slam.video import GreyVideo
 from gazemap.types.session import TagLayout
 
 _TAG_FRAMES = 48
+# How far a camera on the head is from what the hands do, between sitting and standing.
+_ARBITRARY_REACH_M = 0.75
+# Flatter axes meet a table far away, or not at all.
+_MIN_SINKING = 0.17
 
 
 def find_tags(
@@ -80,18 +85,59 @@ def _without_shutter(
     return still
 
 
-def level(path: FramePath) -> Similarity[World, Map]:
-    """Return the similarity of a world whose z axis is the cameras' mean up, without a scale.
+def level(
+    path: FramePath, points_map: FloatArray, *, metres: float | None
+) -> Similarity[World, Map]:
+    """Return the similarity of a world that no tag sets: z up, y where the wearer looks.
 
-    Its origin is the first camera, its y axis points where that camera looks.
+    Where most of the map lies on one level plane, that is z = 0 and the origin is where the wearer
+    looks on it. Elsewhere up is the cameras' mean up and the origin is the first camera.
+
+    Args:
+        path: the cameras' path in the map.
+        points_map: (M, 3) the map's points.
+        metres: the length of the map's unit; None where nothing tells. The scale is then arbitrary,
+            chosen so that the wearer looks at the plane from the distance of an arm's work, which
+            what is tuned to a table's dimensions can live with.
     """
     posed = np.flatnonzero(path.is_posed)
-    up: FloatArray = -path.R_cam_map[posed, 1].mean(axis=0)
-    up /= np.linalg.norm(up)
-    ahead = path.R_cam_map[posed[0], 2]
-    ahead = ahead - up * (up @ ahead)
-    ahead /= np.linalg.norm(ahead)
-    R = np.stack([np.cross(ahead, up), ahead, up])
-    first = posed[0]
-    origin = -path.R_cam_map[first].T @ path.t_cam_map[first]
-    return Similarity(scale=1.0, R=R, t=-R @ origin)
+    R_cam_map = path.R_cam_map[posed]
+    origins = -np.einsum("fji,fj->fi", R_cam_map, path.t_cam_map[posed])
+    up = _unit(-R_cam_map[:, 1].mean(axis=0))
+    rng = np.random.default_rng(0)
+    support = find_support(points_map, origins_map=origins, up_map=up, rng=rng)
+    if support is None:
+        R = _towards(up, R_cam_map[0, 2])
+        scale = 1.0 if metres is None else metres
+        return Similarity(scale=scale, R=R, t=-scale * R @ origins[0])
+    # The image's up points away from a wearer who looks down, its middle from one who looks ahead.
+    R = _towards(support.normal_map, (R_cam_map[:, 2] - R_cam_map[:, 1]).mean(axis=0))
+    looked, reach = _looked_at(origins, R_cam_map[:, 2], support)
+    scale = _ARBITRARY_REACH_M / reach if metres is None else metres
+    return Similarity(scale=scale, R=R, t=-scale * R @ looked)
+
+
+def _looked_at(
+    origins: FloatArray, ahead: FloatArray, support: Support
+) -> tuple[FloatArray, float]:
+    """Return where optical axes (F, 3) meet the plane in the median, and from how far."""
+    height = origins @ support.normal_map - support.offset
+    sinking = -ahead @ support.normal_map
+    meets = (sinking > _MIN_SINKING) & (height > 0)
+    if not meets.any():
+        foot = np.median(origins - height[:, None] * support.normal_map, axis=0)
+        return foot, float(np.median(np.abs(height)))
+    reach = height[meets] / sinking[meets]
+    met = np.median(origins[meets] + reach[:, None] * ahead[meets], axis=0)
+    on_plane = met - (met @ support.normal_map - support.offset) * support.normal_map
+    return on_plane, float(np.median(reach))
+
+
+def _unit(vector: FloatArray) -> FloatArray:
+    return np.asarray(vector / np.linalg.norm(vector))
+
+
+def _towards(up: FloatArray, ahead: FloatArray) -> FloatArray:
+    """Return the rotation (3, 3) into axes with z up and y ahead."""
+    level_ahead = _unit(ahead - up * (up @ ahead))
+    return np.stack([np.cross(level_ahead, up), level_ahead, up])

@@ -115,7 +115,10 @@ def _locate(
         located = locate_cameras(session, config.mapping, progress=progress)
         messages = [*session.data.warnings, *located.slam.warnings]
         if session.overhead_camera is not None and located.T_world_overhead is None:
-            messages.append("the overhead camera is not located: it sees no tag of the layout")
+            messages.append(
+                "the overhead camera is not located: it sees no tag of the layout, and too little "
+                "of what the head sees of the table"
+            )
         return Outcome(result=located, messages=tuple(messages))
 
     return stages.run("mapping", work, options=(config.mapping.slam, config.camera))
