@@ -25,6 +25,7 @@ from services.wire.grounding import decode_plan
 SERVICES: Final = ("mapping", "grounding")
 _START_WAIT_S: Final = 120.0
 _SILENCE_S: Final = 120.0
+_ANSWER_S: Final = 5.0
 _POLL_S: Final = 0.2
 _LEAD_S: Final = 0.5
 
@@ -133,12 +134,21 @@ def _replay_and_watch(
             plan = dict(decode_plan(message.payload).plan)
             watch(plan)
         elif _is_finished(message):
-            return plan
+            return _latest(bus, plan, watch)
         # A service that speaks but does not get on is waited for no longer than a silent one.
         told_ns = _told_ns(message)
         if told_ns > reached_ns:
             moved_s, reached_ns = time.monotonic(), told_ns
     raise GazemapError(f"the services do not get on; see {out / 'logs'}")
+
+
+def _latest(bus: Bus, plan: Plan, watch: PlanWatcher) -> Plan:
+    """Return the plan at the session's end: the news of the end may have overtaken it."""
+    told = bus.ask(Stream.PLAN, b"", timeout_s=_ANSWER_S)
+    latest = plan if told is None else dict(decode_plan(told).plan)
+    if latest != plan:
+        watch(latest)
+    return latest
 
 
 def _told_ns(message: Message) -> int:

@@ -17,7 +17,7 @@ rig = sys.argv[2] if len(sys.argv) > 2 else "rig"
 config = zenoh.Config()
 config.insert_json5("mode", '"client"')
 config.insert_json5("connect/endpoints", json.dumps([endpoint]))
-config.insert_json5("connect/timeout_ms", "-1")  # wait for the router for as long as it takes
+config.insert_json5("connect/timeout_ms", "-1")  # wait for the router
 config.insert_json5("scouting/multicast/enabled", "false")
 
 samples: queue.Queue[zenoh.Sample] = queue.Queue()
@@ -25,14 +25,16 @@ with zenoh.open(config) as session:
     # A callback only enqueues: work in it would hold up the whole session.
     plans = session.declare_subscriber(f"gazemap/v1/{rig}/plan", samples.put)
     states = session.declare_subscriber(f"gazemap/v1/{rig}/grounding/status", samples.put)
-    print("listening", file=sys.stderr, flush=True)
-    while True:
+    revision, is_over = 0, False
+    while not is_over:
         sample = samples.get()
         if str(sample.key_expr).endswith("status"):
             status = gazemap_streams_pb2.ServiceStatus.FromString(sample.payload.to_bytes())
-            if status.figures.get("finished"):
-                break
-            continue
+            if not (is_over := bool(status.figures.get("finished"))):
+                continue
+            # The last plan may have been overtaken: a query is answered with the latest.
+            sample = next(reply.ok for reply in session.get(plans.key_expr) if reply.ok)
         plan = gazemap_grounding_pb2.Plan.FromString(sample.payload.to_bytes())
-        # Each line is the whole plan as it is believed now; a higher revision replaces the last.
-        print(plan.json, flush=True)
+        if plan.revision > revision:  # the whole plan as it is believed now
+            print(plan.json, flush=True)
+            revision = plan.revision

@@ -73,7 +73,7 @@ def test_a_robot_is_told_a_plan_that_grows_until_it_is_grounded(small_session, t
     assert [each["target"] for each in plans[-1]["instructions"]] == [
         each["target"] for each in truth["plan"]
     ]
-    assert grounded_share(plans[-1], truth) >= 0.5
+    assert grounded_share(plans[-1], truth) >= 0.5, json.dumps(plans[-1])
 
 
 @pytest.mark.bus
