@@ -126,10 +126,10 @@ def _goes_together(
     demonstration: Demonstration, alignment: Alignment, config: GroundingConfig, *, is_over: bool
 ) -> bool:
     """Return whether the gaze belongs to the narration, as far as can be told."""
+    if not is_over or len(demonstration.spoken) < config.plan.told_by_chance:
+        return alignment.fit >= config.plan.fit_of_few
     if alignment.fit < config.plan.fit:
         return False
-    if not is_over or len(demonstration.spoken) < config.plan.told_by_chance:
-        return True
     return beyond_chance(demonstration, config.glide) >= config.plan.beyond_chance
 
 

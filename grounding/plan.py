@@ -33,6 +33,8 @@ class PlanConfig:
         looks: least expected number of looks that speak for it.
         looks_unseen: the same where vision has no instance of the target.
         fit: least share of the looks within actions that are at what they should be at.
+        fit_of_few: the same while a session goes on or where little was said: a share of few looks
+            is uncertain, and a plan must not come and go with single looks.
         beyond_chance: least evidence beyond that of looks in disorder, standard deviations.
         told_by_chance: least number of instructions for which that says anything.
         candidate: least probability of a candidate that is named.
@@ -45,6 +47,7 @@ class PlanConfig:
     looks: float = 0.9
     looks_unseen: float = 1.8
     fit: float = 0.65
+    fit_of_few: float = 0.55
     beyond_chance: float = 5.0
     told_by_chance: int = 6
     candidate: float = 0.02
