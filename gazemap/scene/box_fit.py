@@ -11,6 +11,7 @@ Source:
 
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 
 from gazemap.geometry.arrays import FloatArray
@@ -64,6 +65,20 @@ class Box:
     def top_m(self) -> float:
         """The height of its upper side."""
         return float(self.centre[2] + self.size_m[2] / 2)
+
+    def shared_m3(self, other: "Box") -> float:
+        """Return the volume that two boxes share; solid things share none."""
+        height_m = min(self.top_m, other.top_m) - max(self.base_m, other.base_m)
+        shared, corners = cv2.rotatedRectangleIntersection(self.plan, other.plan)
+        if height_m <= 0 or shared == cv2.INTERSECT_NONE:
+            return 0.0
+        return float(cv2.contourArea(cv2.convexHull(corners)) * height_m)
+
+    @property
+    def plan(self) -> tuple[tuple[float, float], tuple[float, float], float]:
+        """The ground plan as OpenCV has it: centre, sides, degrees."""
+        (x, y), (length, width) = self.centre[:2].tolist(), self.size_m[:2].tolist()
+        return (x, y), (length, width), float(np.degrees(self.yaw_rad))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -6,8 +6,9 @@ import cv2
 import numpy as np
 
 from gazemap.geometry.arrays import BoolArray, FloatArray, ImageArray, IntArray
+from gazemap.scene.colour_counts import count_colours, spread_ratio
 from gazemap.scene.crops import Crop
-from gazemap.scene.silhouette import mask_inside
+from gazemap.scene.silhouette import mask_inside, masks_inside
 
 _BINS = 16
 _LOG_ODDS_LIMIT = 3.0
@@ -56,7 +57,7 @@ class ColourDivision:
 
     def masks(self, shape: FloatArray) -> BoolArray:
         """Return the silhouettes of a box in all cut-outs (V, n, n)."""
-        return np.stack([mask_inside(shape, p, self.size_px) for p in self.projections])
+        return masks_inside(shape, self.projections, self.size_px)
 
     def log_odds(
         self, shape: FloatArray, inside_model: ColourModel | None = None
@@ -70,15 +71,15 @@ class ColourDivision:
         odds = np.zeros(masks.shape)
         total = 0.0
         for kind, views in self._views.items():
-            bins, valid = self._bins[views], self._valid[views]
-            inside, outside = masks[views] & valid, ~masks[views] & valid
+            inside, outside, shadow = count_colours(
+                self._bins, self._shaded, self._valid, masks, views, _BINS**3
+            )
             known = inside_model.log_density.get(kind) if inside_model else None
-            log_in = _log_density(bins[inside]) if known is None else known
-            shaded = self._shaded[views][outside[:, ::_SHADE_STRIDE, ::_SHADE_STRIDE]]
-            log_out = _log_density(bins[outside], shaded)
+            log_in = _log_density(inside) if known is None else known
+            log_out = _log_density(outside, shadow)
             ratio = np.clip(log_in - log_out, -_LOG_ODDS_LIMIT, _LOG_ODDS_LIMIT)
-            odds[views] = np.where(valid, ratio[bins], 0.0)
-            total += float(log_in[bins[inside]].sum() + log_out[bins[outside]].sum())
+            spread_ratio(ratio, self._bins, self._valid, views, odds)
+            total += float(log_in @ inside + log_out @ outside)
         return odds, total
 
     def clarity(self, shape: FloatArray, inside_model: ColourModel | None = None) -> float:
@@ -101,7 +102,7 @@ class ColourDivision:
         masks = self.masks(shape) & self._valid
         return ColourModel(
             log_density={
-                kind: _log_density(self._bins[views][masks[views]])
+                kind: _log_density(_counts(self._bins[views][masks[views]]))
                 for kind, views in self._views.items()
             }
         )
@@ -131,15 +132,18 @@ def _colour_bins(image: ImageArray) -> IntArray:
     return np.asarray((level * _BINS + a) * _BINS + b)
 
 
-def _log_density(bins: IntArray, shaded: IntArray | None = None) -> FloatArray:
+def _counts(bins: IntArray) -> FloatArray:
+    return np.bincount(bins, minlength=_BINS**3).astype(np.float64)
+
+
+def _log_density(counts: FloatArray, shadow: FloatArray | None = None) -> FloatArray:
     """Return log-densities (bins,) of colours, and of their shaded versions as rarer ones."""
-    counts = np.bincount(bins, minlength=_BINS**3).astype(np.float64)
-    if shaded is not None and shaded.size:
-        weight = _SHADE_SHARE * len(bins) / shaded.size
-        counts += weight * np.bincount(shaded.ravel(), minlength=_BINS**3)
+    pixels = counts.sum()
+    if shadow is not None and shadow.any():
+        counts = counts + _SHADE_SHARE * pixels / shadow.sum() * shadow
     counts = counts.reshape((_BINS,) * 3)
     for axis in range(3):
         counts = np.moveaxis(np.tensordot(_BLUR, counts, axes=(1, axis)), 0, axis)
-    smooth = counts + _UNSEEN * max(len(bins), 1) / _BINS**3
+    smooth = counts + _UNSEEN * max(pixels, 1.0) / _BINS**3
     density: FloatArray = np.log(smooth / smooth.sum()).ravel()
     return density

@@ -55,6 +55,8 @@ class BoxFitConfig:
         min_height_m: anything lower is a mark on the table.
         min_side_m: anything narrower is no object.
         max_side_m: anything longer is no object.
+        max_slenderness: anything higher than so many times its thinner side would topple: it is
+            held, an arm for example.
         min_clarity: mean log-odds of a thing's colours against its surroundings, in each view.
         min_gain: by how much a box must explain each of its pixels better than a flat mark does
             (log-likelihood).
@@ -69,6 +71,7 @@ class BoxFitConfig:
     min_height_m: float = 0.007
     min_side_m: float = 0.008
     max_side_m: float = 0.30
+    max_slenderness: float = 8.0
     min_clarity: float = 1.2
     min_gain: float = 0.09
     min_views: int = 3

@@ -4,7 +4,10 @@ Depth by plane sweeps between views, kept where views agree; planes where there 
 compare (`completion`).
 """
 
+import os
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 
 import cv2
 import numpy as np
@@ -24,6 +27,7 @@ from gazemap.scene.viewpoints import depth_range, partners
 _EDGE = np.ones((3, 3), np.uint8)
 _EDGE_STEP = 1.06  # nearest to farthest depth around a pixel; more is an edge, which smears
 _NOWHERE = 1e9
+_THREADS = min(os.cpu_count() or 1, 4)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -57,9 +61,9 @@ def dense_views(
         config: settings.
     """
     chosen = views[: config.views]
-    depths = [
-        _swept(k, views, points_world, reach=reach, config=config) for k in range(len(chosen))
-    ]
+    sweep = partial(_swept, views=views, points_world=points_world, reach=reach, config=config)
+    with ThreadPoolExecutor(_THREADS) as pool:  # arithmetic on whole images lets others run
+        depths = list(pool.map(sweep, range(len(chosen))))
     kept = [_agreed(k, chosen, depths, config) for k in range(len(chosen))]
     rng = np.random.default_rng(0)
     dense = []
@@ -73,9 +77,9 @@ def dense_views(
 
 def _swept(
     k: int,
+    *,
     views: tuple[StillView, ...],
     points_world: FloatArray,
-    *,
     reach: float,
     config: SweepConfig,
 ) -> Float32Array:

@@ -19,6 +19,7 @@ _IN_SIGHT_S = 0.2
 _PLACE_YAWS = np.arange(6) * np.pi / 6
 _FLAT_M = 0.004
 _DOUBTFUL = 2.0
+_SHARED_ROOM = 0.15
 _KNOWN_CLARITY = 0.6  # another heading shows other sides: a known thing may be less clear
 
 
@@ -56,6 +57,7 @@ class Resting:
         self._span_m = float(plan.sides_m.max()) + _ROOM_M
         self._crops: list[Crop] = []
         self.hidden_by: tuple[FloatArray, ...] = ()
+        self._measured: tuple[int, int] | None = None
 
     @property
     def _head_crops(self) -> list[Crop]:
@@ -93,7 +95,14 @@ class Resting:
         return not self.object_id and not self.is_flat and bool(self._head_crops)
 
     def measure(self) -> bool:
-        """Fit a box on the table; return whether there is a volume."""
+        """Fit a box on the table; return whether there is a volume.
+
+        What was seen no better than the last time is not measured again.
+        """
+        known = len(self._crops), len(self.hidden_by)
+        if known == self._measured:
+            return self.fit is not None
+        self._measured = known
         division = ColourDivision(self._crops, hidden_by=self.hidden_by)
         starts = self._starts(self.site.fresh)
         fit = fit_box(division, starts, self._config)
@@ -108,9 +117,9 @@ class Resting:
         box, config = fit.box, self._config
         is_clear = division.clarity(box.shape) >= config.min_clarity
         self.is_flat = is_clear and box.size_m[2] < _FLAT_M
-        is_solid = (
-            box.size_m[2] >= config.min_height_m and box.size_m[:2].min() >= config.min_side_m
-        )
+        thinnest_m, height_m = float(box.size_m[:2].min()), float(box.size_m[2])
+        is_solid = height_m >= config.min_height_m and thinnest_m >= config.min_side_m
+        is_solid &= height_m <= config.max_slenderness * thinnest_m
         if not (
             is_clear and is_solid and self._is_here(division, box) and self._stands(division, fit)
         ):
@@ -200,11 +209,12 @@ class Resting:
         return bool(apart < 0.5 * self.fit.box.size_m[:2].min())
 
     def overlaps(self, other: "Resting") -> bool:
-        """Whether two fitted boxes share their middle."""
+        """Whether two fitted boxes share more room than errors of their sides explain."""
         if self.fit is None or other.fit is None:
             return False
-        apart = np.linalg.norm(self.fit.box.centre - other.fit.box.centre)
-        return bool(apart < 0.5 * min(self.fit.box.size_m.min(), other.fit.box.size_m.min()))
+        mine, theirs = self.fit.box, other.fit.box
+        least_m3 = min(float(box.size_m.prod()) for box in (mine, theirs))
+        return mine.shared_m3(theirs) > _SHARED_ROOM * least_m3
 
     def dismiss(self) -> None:
         """Take the place for nothing of its own."""

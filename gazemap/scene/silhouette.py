@@ -84,8 +84,20 @@ def sum_inside(
     return total
 
 
+@njit(cache=True)
+def masks_inside(
+    shape: np.ndarray[Any, Any], projections: np.ndarray[Any, Any], size_px: int
+) -> np.ndarray[Any, Any]:
+    """Return the silhouettes of a box in several views as masks (V, size_px, size_px)."""
+    masks = np.zeros((len(projections), size_px, size_px), dtype=np.bool_)
+    for i in range(len(projections)):
+        extents = row_extents(shape, projections[i], size_px)
+        for v in range(size_px):
+            for u in range(size_px):
+                masks[i, v, u] = extents[v, 0] <= u <= extents[v, 1]
+    return masks
+
+
 def mask_inside(shape: FloatArray, projection: FloatArray, size_px: int) -> BoolArray:
     """Return the silhouette of a box as a mask (size_px, size_px)."""
-    extents = row_extents(shape, projection, size_px)
-    u = np.arange(size_px)
-    return np.asarray((u >= extents[:, :1]) & (u <= extents[:, 1:]))
+    return np.asarray(masks_inside(shape, projection[None], size_px)[0])

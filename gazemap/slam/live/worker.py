@@ -106,6 +106,8 @@ def _serve(
     replies.put(None)
     while (note := notes.get()) is not None:
         replies.put(mapper.handle(note))
+    # Nobody takes the last replies any more: the end must not wait until they are taken.
+    replies.cancel_join_thread()
 
 
 def _end_with_parent() -> None:

@@ -76,6 +76,15 @@ def test_a_box_put_on_another_stands_on_its_top(rig):
     assert nearest(live, CUBE).track[0].left_ns is None
 
 
+def test_an_arm_over_a_box_is_no_thing_of_its_own(rig):
+    arm = DrawnBox(centre=(-0.1, 0.03, 0.1), yaw_rad=0.4, size_m=(0.18, 0.01, 0.2), bgr=(150,) * 3)
+    frames = [Tabletop([CUBE, CELL], MARKS)] * 15 + [Tabletop([CUBE, CELL, arm], MARKS)] * 12
+    live = watch(rig, frames + [Tabletop([CUBE, CELL], MARKS)] * 9)
+    assert len(live.objects) == 2
+    for box in (CUBE, CELL):
+        assert [s.left_ns for s in nearest(live, box).track] == [None]
+
+
 def test_a_known_box_is_found_behind_another_that_hides_it_from_the_head(rig):
     front = DrawnBox(centre=(0.0, 0.0, 0.03), yaw_rad=0.0, size_m=(0.06,) * 3, bgr=(60, 170, 60))
     behind = moved(CELL, 0.0, 0.072, 0.009)
