@@ -2,6 +2,7 @@
 
 import json
 import re
+from typing import Final
 from xml.etree import ElementTree as ET
 
 import numpy as np
@@ -10,7 +11,17 @@ from grounding.plan import GroundedInstruction, GroundedPlan, Status
 from grounding.relations import parse_location
 from grounding.types import FloatArray
 
-_NODES = {"pick": "Pick", "place": "Place", "move": "Place"}
+_NODES: Final = {"pick": "Pick", "place": "Place", "move": "Place"}
+_ASK_HUMAN: Final = "AskHuman"
+_POINT: Final = "std::vector<double>"
+_PORTS: Final = {
+    "object": ("std::string", "which thing, as in objects.json; empty if vision has none there"),
+    "target": (_POINT, "x;y;z of its centre before, in world"),
+    "location": (_POINT, "x;y;z of its centre after, in world"),
+    "orientation": (_POINT, "x;y;z;w, the quaternion of its yaw"),
+    "size": (_POINT, "its extents x;y;z"),
+    "question": ("std::string", "what the human is to answer"),
+}
 
 
 def to_json_lines(plan: GroundedPlan) -> str:
@@ -22,26 +33,29 @@ def to_json_lines(plan: GroundedPlan) -> str:
 
 
 def to_pddl_domain(plan: GroundedPlan) -> str:
-    """Return the PDDL domain of a plan's problem: picking, placing, and the words as predicates."""
+    """Return the PDDL domain of a plan's problem: picking, placing, and the words as predicates.
+
+    No type is called as an action is: some readers refuse that.
+    """
     words = sorted({_atom(word) for each in _sure(plan) for word in each.spoken.instruction.target})
     lines = [
         "(define (domain tabletop)",
-        "  (:requirements :strips :typing :negative-preconditions)",
-        "  (:types thing place)",
+        "  (:requirements :strips :typing)",
+        "  (:types thing location)",
         "  (:predicates",
         *(f"    (is-{word} ?thing - thing)" for word in words),
-        "    (at ?thing - thing ?place - place)",
-        "    (located ?place - place)",
+        "    (at ?thing - thing ?place - location)",
+        "    (located ?place - location)",
         "    (holding ?thing - thing)",
         "    (hand-empty)",
         "  )",
         "  (:action pick",
-        "    :parameters (?thing - thing ?place - place)",
+        "    :parameters (?thing - thing ?place - location)",
         "    :precondition (and (at ?thing ?place) (located ?place) (hand-empty))",
         "    :effect (and (holding ?thing) (not (at ?thing ?place)) (not (hand-empty)))",
         "  )",
         "  (:action place",
-        "    :parameters (?thing - thing ?place - place)",
+        "    :parameters (?thing - thing ?place - location)",
         "    :precondition (and (holding ?thing) (located ?place))",
         "    :effect (and (at ?thing ?place) (hand-empty) (not (holding ?thing)))",
         "  )",
@@ -70,7 +84,7 @@ def to_pddl(plan: GroundedPlan) -> str:
         name = f"place-{each.spoken.index}"
         places.append((name, each.location.position_world))
         goal[_thing(each)] = f"(at {_thing(each)} {name})"
-    typed = [(sorted(things), "thing"), ([name for name, _ in places], "place")]
+    typed = [(sorted(things), "thing"), ([name for name, _ in places], "location")]
     lines = [
         f"(define (problem {_atom(plan.session)})",
         "  (:domain tabletop)",
@@ -102,22 +116,26 @@ def to_behavior_tree(plan: GroundedPlan) -> str:
     """Return BehaviorTree.CPP (version 4) XML: a sequence of picks, places and other actions.
 
     An instruction that is not grounded becomes an `AskHuman` node, so that a robot stops there.
+    The nodes' models name the ports that a robot's nodes provide; Groot shows nothing without them.
     """
     root = ET.Element("root", BTCPP_format="4", main_tree_to_execute="Plan")
     tree = ET.SubElement(root, "BehaviorTree", ID="Plan")
-    sequence = ET.SubElement(tree, "Sequence", name=plan.session)
+    sequence = ET.SubElement(tree, "Sequence", name=_instance_name(plan.session))
     for each in plan.instructions:
         _add_node(sequence, each)
+    if not plan.instructions:  # a sequence must not be empty
+        ET.SubElement(sequence, "AlwaysSuccess")
+    _add_models(root, sequence)
     ET.indent(root)
     return ET.tostring(root, encoding="unicode", xml_declaration=False) + "\n"
 
 
 def _add_node(parent: ET.Element, each: GroundedInstruction) -> None:
     action = str(each.spoken.instruction.action)
-    name = f"{each.spoken.index}: {each.spoken.sentence}"
+    name = _instance_name(f"{each.spoken.index}: {each.spoken.sentence}")
     if each.status is not Status.GROUNDED or each.target is None or each.location is None:
-        text = each.question or each.reason or ""
-        ET.SubElement(parent, "Action", ID="AskHuman", name=name, question=text)
+        text = _instance_name(each.question or each.reason or "")
+        ET.SubElement(parent, "Action", ID=_ASK_HUMAN, name=name, question=text)
         return
     node = ET.SubElement(
         parent,
@@ -132,6 +150,24 @@ def _add_node(parent: ET.Element, each: GroundedInstruction) -> None:
         node.set("orientation", _numbers(each.target.quat_xyzw))
     if each.target.size_m is not None:
         node.set("size", _numbers(each.target.size_m))
+
+
+def _add_models(root: ET.Element, sequence: ET.Element) -> None:
+    """Declare each node that the sequence uses, with the ports that it may be given."""
+    used = sorted({node.get("ID", "") for node in sequence.iter("Action")})
+    if not used:
+        return
+    models = ET.SubElement(root, "TreeNodesModel")
+    for name in used:
+        action = ET.SubElement(models, "Action", ID=name)
+        for port, (kind, text) in _PORTS.items():
+            if (port == "question") == (name == _ASK_HUMAN):
+                ET.SubElement(action, "input_port", name=port, type=kind).text = text
+
+
+def _instance_name(text: str) -> str:
+    """Return a text as the value of an attribute: no characters that XML does not know."""
+    return re.sub(r"[\x00-\x1f\x7f]+", " ", text)
 
 
 def _thing(each: GroundedInstruction) -> str:

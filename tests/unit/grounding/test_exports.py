@@ -1,6 +1,10 @@
+import dataclasses
 import re
+from pathlib import Path
+from xml.etree import ElementTree as ET
 
 import numpy as np
+import pytest
 
 from grounding.exports import to_behavior_tree, to_json_lines, to_pddl, to_pddl_domain
 from grounding.pipeline import ground_session
@@ -45,7 +49,7 @@ def test_a_pddl_problem_uses_only_what_it_and_its_domain_declare() -> None:
     plan = plan_of(3)
     domain, problem = parsed(to_pddl_domain(plan)), parsed(to_pddl(plan))
     arity = {each[0]: sum(x[0] == "?" for x in each) for each in part(domain, ":predicates")}
-    objects = {each for each in part(problem, ":objects") if each not in {"-", "thing", "place"}}
+    objects = {each for each in part(problem, ":objects") if each not in {"-", "thing", "location"}}
     assert len(objects) == 6
     (goal,) = part(problem, ":goal")
     facts = part(problem, ":init") + goal[1:]
@@ -53,6 +57,51 @@ def test_a_pddl_problem_uses_only_what_it_and_its_domain_declare() -> None:
     for fact in facts:
         assert arity[fact[0]] == len(fact) - 1
         assert set(fact[1:]) <= objects
+
+
+def test_no_type_of_the_domain_is_called_as_an_action_is() -> None:
+    domain = parsed(to_pddl_domain(plan_of(3)))
+    actions = {each[1] for each in domain if isinstance(each, list) and each[0] == ":action"}
+    assert actions == {"pick", "place"}
+    assert not actions & set(part(domain, ":types"))
+
+
+@pytest.mark.parametrize("is_empty", [False, True])
+def test_other_readers_read_the_problem(is_empty: bool, tmp_path: Path) -> None:
+    pddl = pytest.importorskip("pddl", reason="a reader of PDDL that is no dependency")
+    plan = plan_of(3)
+    if is_empty:
+        plan = dataclasses.replace(plan, instructions=())
+    (tmp_path / "domain.pddl").write_text(to_pddl_domain(plan))
+    (tmp_path / "problem.pddl").write_text(to_pddl(plan))
+    domain = pddl.parse_domain(str(tmp_path / "domain.pddl"))
+    problem = pddl.parse_problem(str(tmp_path / "problem.pddl"))
+    assert problem.domain_name == domain.name
+    assert len(problem.objects) == (0 if is_empty else 6)
+
+
+def test_a_tree_declares_each_node_with_the_ports_it_is_given() -> None:
+    root = ET.fromstring(to_behavior_tree(plan_of(3)))
+    assert (root.get("BTCPP_format"), root.get("main_tree_to_execute")) == ("4", "Plan")
+    (tree,) = root.findall("BehaviorTree")
+    assert len(tree) == 1
+    ports = {
+        model.get("ID"): {port.get("name") for port in model}
+        for model in root.findall("TreeNodesModel/Action")
+    }
+    nodes = list(tree.iter("Action"))
+    assert len(nodes) == 4
+    for node in nodes:
+        assert set(node.keys()) - {"ID", "name"} <= ports[node.get("ID")]
+
+
+def test_a_tree_is_xml_whatever_was_said_and_never_empty() -> None:
+    plan = dataclasses.replace(plan_of(3), session='a\x00b <c> & "d"')
+    root = ET.fromstring(to_behavior_tree(plan))
+    assert root.find("BehaviorTree/Sequence").get("name") == 'a b <c> & "d"'
+    nothing = dataclasses.replace(plan, instructions=())
+    (sequence,) = ET.fromstring(to_behavior_tree(nothing)).iter("Sequence")
+    assert [node.tag for node in sequence] == ["AlwaysSuccess"]
 
 
 def test_a_plan_of_nothing_is_still_a_problem() -> None:
