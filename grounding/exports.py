@@ -7,8 +7,8 @@ from xml.etree import ElementTree as ET
 
 import numpy as np
 
+from grounding.places import parse_location
 from grounding.plan import GroundedInstruction, GroundedPlan, Status
-from grounding.relations import parse_location
 from grounding.types import FloatArray
 
 _NODES: Final = {"pick": "Pick", "place": "Place", "move": "Place"}

@@ -1,26 +1,29 @@
 """A sentence against the present scene: what it means now, without a demonstration."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from grounding.glide.read import Candidate, InstructionBelief, Spot
+from grounding.places import Place, parse_location
 from grounding.plan import GroundedInstruction, Status
 from grounding.relations import (
+    SENSES,
     Body,
     Demonstrated,
-    Place,
+    clearance_m,
     goal_of,
     learn_relation,
-    parse_location,
-    sense_of,
 )
-from grounding.types import Action, ObjectInstance, SpokenInstruction
+from grounding.types import Action, FloatArray, ObjectInstance, SpokenInstruction
 
 _SURE = 0.9
 _FITS = 0.5  # a thing whose words hold together with less than this is not meant
 _LANDMARK_SURE = 0.8
+_BOTH = 2  # things that another is put between
+_SIDES = 16  # of a thing that another may stand near
+_ROOM_M = 0.04  # between two things; more is no better
 _PUTTING = frozenset({Action.PLACE, Action.MOVE, Action.PUSH, Action.PULL})
 
 
@@ -81,17 +84,33 @@ def ground_sentence(spoken: SpokenInstruction, scene: PresentScene) -> GroundedI
     said = [word for phrase in (instruction.target, *place.landmarks) for word in phrase]
     if unknown := [word for word in said if word not in scene.known_words]:
         return _unknown(spoken, unknown)
-    targets = _described(_candidates(instruction.target, scene), spoken, scene)
+    targets = _described(_candidates(instruction.target, scene), instruction.target_relation, scene)
     if not targets or targets[0].probability < _SURE:
         return _unsure(spoken, targets, what=instruction.target)
     target = targets[0]
-    if instruction.action not in _PUTTING or place.relation is None:
+    if instruction.action not in _PUTTING or instruction.has_own_location:
         return _answer(spoken, target, target.spot, reason=None)
-    landmarks = [_landmark(phrase, target, scene) for phrase in place.landmarks]
-    for phrase, found in zip(place.landmarks, landmarks, strict=True):
-        if not found or found[0].probability < _LANDMARK_SURE:
+    if not _is_understood(place, scene):
+        return _unknown_relation(spoken, place)
+    return _put_beside(spoken, target, place, scene)
+
+
+def _put_beside(
+    spoken: SpokenInstruction, target: Candidate, place: Place, scene: PresentScene
+) -> GroundedInstruction:
+    """Ground a putting whose target is known: "between the cubes" are two of one name."""
+    landmarks: list[Candidate] = []
+    for phrase, described in zip(place.landmarks, place.described, strict=True):
+        found = _described(_landmark(phrase, target, scene), described, scene)
+        if place.relation == "between" and len(place.landmarks) == 1:
+            if len(found) != _BOTH:
+                return _unsure(spoken, found, what=phrase)
+            landmarks = found
+        elif not found or found[0].probability < _LANDMARK_SURE:
             return _unsure(spoken, found, what=phrase)
-    return _put(spoken, target, [found[0] for found in landmarks], scene, place)
+        else:
+            landmarks.append(found[0])
+    return _put(spoken, target, landmarks, scene, place)
 
 
 def demonstrations_of(
@@ -172,23 +191,28 @@ def _reweighted(found: Sequence[Candidate], factors: Sequence[float]) -> list[Ca
     return sorted(again, key=lambda each: -each.probability)
 
 
+def _is_understood(place: Place, scene: PresentScene) -> bool:
+    """Return whether a relation has a built-in meaning or was shown."""
+    return place.relation in SENSES or any(x.relation == place.relation for x in scene.seen)
+
+
 def _described(
-    found: Sequence[Candidate], spoken: SpokenInstruction, scene: PresentScene
+    found: Sequence[Candidate], described: str | None, scene: PresentScene
 ) -> list[Candidate]:
-    """Weigh the candidates by a phrase that describes the target ("on the left of the box")."""
-    described = spoken.instruction.target_relation
+    """Weigh the candidates by a location that describes them ("the cube on the box")."""
     place = parse_location(described) if described else None
-    if place is None or place.relation is None or len(found) < 2:
+    if place is None or not _is_understood(place, scene) or len(found) < 2:
         return list(found)
+    relation = place.relation or "near"
     landmarks = [c for phrase in place.landmarks for c in _candidates(phrase, scene)[:1]]
     if not landmarks:
         return list(found)
-    learnt = learn_relation(place.relation, scene.seen)
+    learnt = learn_relation(relation, scene.seen)
     factors = []
     for each in found:
         goal, cov = goal_of(
             learnt,
-            place.relation,
+            relation,
             thing=_body(each),
             landmarks=[_body(c) for c in landmarks],
             heading_rad=scene.heading_rad,
@@ -229,29 +253,39 @@ def _put(
     if relation == "near":
         goal = _free_side(goal, target, landmarks[0], scene)
     cov = cov + np.mean([c.spot.cov_world for c in landmarks], axis=0)
-    sure = min(c.probability for c in landmarks)
+    sure = 1.0 if len(landmarks) > len(place.landmarks) else min(c.probability for c in landmarks)
     spot = Spot(position_world=goal, cov_world=cov, probability=sure)
     reason = f"no demonstration of '{relation}': the built-in meaning" if learnt.is_prior else None
     return _answer(spoken, target, spot, reason=reason)
 
 
 def _free_side(
-    goal: np.ndarray, target: Candidate, landmark: Candidate, scene: PresentScene
-) -> np.ndarray:
-    """Return the place beside a landmark that is farthest from everything else."""
+    goal: FloatArray, target: Candidate, landmark: Candidate, scene: PresentScene
+) -> FloatArray:
+    """Return the place beside a landmark that has room; of several the nearest to the thing.
+
+    So it stays on the table: both it and the landmark stand there.
+    """
     apart = float(_body(target).reach_m[0] + _body(landmark).reach_m[0])
-    apart += sense_of("near").clearance_m
-    angles = np.arange(8) * np.pi / 4
-    around = goal + apart * np.stack([np.cos(angles), np.sin(angles), 0 * angles], axis=1)
+    apart += clearance_m("near", scene.seen)
+    angles = np.arange(_SIDES) * 2 * np.pi / _SIDES
+    ring = apart * np.stack([np.cos(angles), np.sin(angles), 0 * angles], axis=1)
+    around = np.append(landmark.spot.position_world[:2], goal[2]) + ring  # (sides, 3)
     others = [
-        thing.body.position_world
+        thing.body
         for thing in scene.things
         if thing.instance.object_id not in {target.object_id, landmark.object_id}
     ]
-    if not others:
-        return np.asarray(around[0])
-    off = np.linalg.norm(around[:, None, :2] - np.array(others)[None, :, :2], axis=2)
-    return np.asarray(around[int(off.min(axis=1).argmax())])
+    mine = float(_body(target).reach_m[0])
+    off = np.array(
+        [
+            np.linalg.norm((around - each.position_world)[:, :2], axis=1) - each.reach_m[0] - mine
+            for each in others
+        ]
+    ).reshape(len(others), _SIDES)
+    room = np.minimum(off.min(axis=0, initial=_ROOM_M), _ROOM_M)
+    far = np.linalg.norm((around - target.spot.position_world)[:, :2], axis=1)
+    return np.asarray(around[int(np.lexsort((far, -np.round(room, 3)))[0])])
 
 
 def _answer(
@@ -270,17 +304,18 @@ def _answer(
 
 
 def _unknown(spoken: SpokenInstruction, words: Sequence[str]) -> GroundedInstruction:
-    word = words[0]
-    return GroundedInstruction(
-        spoken=spoken,
-        start_ns=None,
-        end_ns=None,
-        status=Status.UNKNOWN_SYMBOL,
-        confidence=0.0,
-        target=None,
-        location=None,
-        question=f"What does '{word}' mean? Please show me one.",
-        reason=f"unknown: {', '.join(dict.fromkeys(words))}",
+    reason = f"unknown: {', '.join(dict.fromkeys(words))}"
+    question = f"What does '{words[0]}' mean? Please show me one."
+    return _unanswered(spoken, Status.UNKNOWN_SYMBOL, question=question, reason=reason)
+
+
+def _unknown_relation(spoken: SpokenInstruction, place: Place) -> GroundedInstruction:
+    said = " ".join((place.relation or spoken.instruction.location).split("-"))
+    return _unanswered(
+        spoken,
+        Status.UNKNOWN_SYMBOL,
+        question=f"Where is '{said}'? Please show me.",
+        reason=f"no demonstration of '{said}', and no built-in meaning",
     )
 
 
@@ -288,15 +323,29 @@ def _unsure(
     spoken: SpokenInstruction, found: Sequence[Candidate], *, what: Sequence[str]
 ) -> GroundedInstruction:
     phrase = " ".join(what)
+    if not found:
+        reason = f"nothing here is a {phrase}"
+        return _unanswered(spoken, Status.UNGROUNDED, question=None, reason=reason)
+    answer = _unanswered(
+        spoken,
+        Status.AMBIGUOUS,
+        question=f"Which one is the {phrase}?",
+        reason=f"several things may be the {phrase}",
+    )
+    return replace(answer, confidence=found[0].probability, candidates=tuple(found))
+
+
+def _unanswered(
+    spoken: SpokenInstruction, status: Status, *, question: str | None, reason: str
+) -> GroundedInstruction:
     return GroundedInstruction(
         spoken=spoken,
         start_ns=None,
         end_ns=None,
-        status=Status.AMBIGUOUS if found else Status.UNGROUNDED,
-        confidence=found[0].probability if found else 0.0,
+        status=status,
+        confidence=0.0,
         target=None,
         location=None,
-        candidates=tuple(found),
-        question=f"Which one is the {phrase}?" if found else None,
-        reason=f"several things may be the {phrase}" if found else f"nothing here is a {phrase}",
+        question=question,
+        reason=reason,
     )

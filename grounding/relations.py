@@ -1,4 +1,4 @@
-"""What a location symbol says: its relation, its landmarks, and where that is.
+"""Where a relation says a thing is, and how that is learnt.
 
 A relation is a normal distribution of the free space that is left between a thing and its landmark,
 in the wearer's axes (right, forward, up), beyond half their sizes in the relation's direction: so
@@ -13,70 +13,6 @@ from typing import Final
 import numpy as np
 
 from grounding.types import FloatArray
-
-# Longest first: "on-top-of" before "on". What follows is the landmark.
-_PREFIXES: Final[tuple[tuple[str, str], ...]] = (
-    ("on-left-side-of", "left-of"),
-    ("on-right-side-of", "right-of"),
-    ("to-left-of", "left-of"),
-    ("on-left-of", "left-of"),
-    ("left-of", "left-of"),
-    ("to-right-of", "right-of"),
-    ("on-right-of", "right-of"),
-    ("right-of", "right-of"),
-    ("on-top-of", "on-top-of"),
-    ("in-front-of", "in-front-of"),
-    ("in-middle-of", "on-top-of"),
-    ("next-to", "near"),
-    ("close-to", "near"),
-    ("in-back-of", "behind"),
-    ("behind", "behind"),
-    ("between", "between"),
-    ("beside", "near"),
-    ("near", "near"),
-    ("by", "near"),
-    ("onto", "on-top-of"),
-    ("upon", "on-top-of"),
-    ("atop", "on-top-of"),
-    ("on", "on-top-of"),
-    ("into", "in"),
-    ("inside", "in"),
-    ("in", "in"),
-    ("over", "on-top-of"),
-    ("above", "on-top-of"),
-    ("from", "from"),
-    ("out-of", "from"),
-    ("off", "from"),
-    ("under", "under"),
-    ("below", "under"),
-    ("to", "near"),
-)
-_FORMS_WITHOUT_LANDMARK: Final = ("-location",)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Place:
-    """A location symbol taken apart.
-
-    Attributes:
-        relation: its normal form (`left-of`, `on-top-of`, ...), or None for the target's own place.
-        landmarks: the words of each thing it refers to; two for "between", none for an own place.
-    """
-
-    relation: str | None
-    landmarks: tuple[tuple[str, ...], ...]
-
-
-def parse_location(symbol: str) -> Place:
-    """Take a location symbol apart; a form that is not known has no relation and no landmark."""
-    if symbol.endswith(_FORMS_WITHOUT_LANDMARK):
-        return Place(relation=None, landmarks=())
-    for prefix, relation in _PREFIXES:
-        if symbol.startswith(prefix + "-"):
-            rest = symbol.removeprefix(prefix + "-")
-            parts = rest.split("-and-") if relation == "between" else [rest]
-            return Place(relation=relation, landmarks=tuple(tuple(p.split("-")) for p in parts))
-    return Place(relation=None, landmarks=())
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -227,6 +163,23 @@ def learn_relation(relation: str, seen: Sequence[Demonstrated]) -> LearntRelatio
     spread = _COV_PRIOR * cov + scatter + _MEAN_PRIOR * pull * np.outer(apart, apart)
     spread = spread / (_COV_PRIOR + count) * (1 + 1 / (_MEAN_PRIOR + count))
     return LearntRelation(mean_m=mean + pull * apart, cov_m2=spread, count=count)
+
+
+def clearance_m(relation: str, seen: Sequence[Demonstrated]) -> float:
+    """Return the free space to leave where a relation names no side, as learnt.
+
+    The built-in clearance counts as one demonstration; things that touch or stand on each other
+    have none.
+    """
+    free = [
+        max(float(np.linalg.norm(off[:2]) - each.thing.reach_m[0] - each.landmark.reach_m[0]), 0.0)
+        for each in seen
+        if each.relation == relation
+        for off in [each.thing.position_world - each.landmark.position_world]
+    ]
+    weight = [each.weight for each in seen if each.relation == relation]
+    prior = _MEAN_PRIOR * sense_of(relation).clearance_m
+    return float((prior + np.dot(weight, free)) / (_MEAN_PRIOR + sum(weight)))
 
 
 _MEAN_PRIOR: Final = 1.0

@@ -70,7 +70,7 @@ class LiveObjects:
         return tuple(self._objects.values())
 
     def add(self, frame: Frame) -> list[SceneObject]:
-        """Take the next overhead frame; return the objects that it showed to have left."""
+        """Take the next overhead frame; return the objects it showed to have left, or not."""
         lab = self._table.reduce(frame.image)
         changes = self._sites.add(lab, frame.t_ns)
         for site in changes.settled:
@@ -81,7 +81,8 @@ class LiveObjects:
                 resting.look(frame, self._overhead)
             self._resting[site.site_id] = resting
         left = [self._leave(site) for site in changes.left]
-        return [thing for thing in left if thing is not None]
+        back = [thing for site in changes.back for thing in self._return(site)]
+        return [thing for thing in left if thing is not None] + back
 
     def add_view(
         self, frame: Frame, camera: Camera, T_world_cam: Pose[World, Cam]
@@ -212,6 +213,27 @@ class LiveObjects:
         if resting.colours is not None:
             self._colours[thing.object_id] = resting.colours
         return thing
+
+    def _return(self, site: Site) -> list[SceneObject]:
+        """Take back that a thing left; what was taken for it elsewhere is something else."""
+        resting = self._resting.get(site.site_id)
+        if resting is None or not resting.object_id or resting.fit is None:
+            return []
+        object_id = resting.object_id
+        mistaken = [
+            r
+            for r in self._resting.values()
+            if r.object_id == object_id and r.site.first_ns > site.first_ns
+        ]
+        first_ns = {r.site.first_ns for r in mistaken}
+        thing = self._objects[object_id]
+        track = tuple(s for s in thing.track if s.t_ns not in first_ns)
+        self._objects[object_id] = replace(thing, track=track)
+        changed = [self._record(resting)]
+        for each in mistaken:
+            each.object_id = ""
+            changed += self._settle(each)
+        return changed
 
     def _leave(self, site: Site) -> SceneObject | None:
         resting = self._resting.get(site.site_id)

@@ -68,10 +68,11 @@ class Site:
 
 @dataclass(slots=True, kw_only=True, eq=False)
 class SiteChanges:
-    """What one frame changed: sites that settled, and settled sites that were left."""
+    """What one frame changed: sites that settled, that were left, or only seemed to be left."""
 
     settled: list[Site] = field(default_factory=list)
     left: list[Site] = field(default_factory=list)
+    back: list[Site] = field(default_factory=list)
 
 
 class SiteTracker:
@@ -106,7 +107,8 @@ class SiteTracker:
             alike = [s for s in unseen if self._is_alike(s, region, seen)]
             site = min(alike, key=lambda s: _distance(s.region, region), default=None)
             if site is None:
-                self._open.append(self._again(region, seen) or self._new_site(region, seen))
+                again = self._again(region, seen, changes)
+                self._open.append(again or self._new_site(region, seen))
                 continue
             unseen.remove(site)
             if self._follows:
@@ -133,13 +135,14 @@ class SiteTracker:
             seen_ns=seen.t_ns,
         )
 
-    def _again(self, region: Region, seen: SeenFrame) -> Site | None:
+    def _again(self, region: Region, seen: SeenFrame, changes: SiteChanges) -> Site | None:
         """Return the site that was taken for empty, but looks as it did: an arm deceived us."""
         for site in self._left:
             if self._is_alike(site, region, seen):
                 self._left.remove(site)
                 site.left_ns = None
                 site.see(seen.t_ns)
+                changes.back.append(site)
                 return site
         return None
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import Final
 
-from grounding.relations import parse_location
+from grounding.places import parse_location
 from grounding.types import Action, Instruction, SpokenInstruction
 
 

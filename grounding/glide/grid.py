@@ -8,7 +8,7 @@ from numba import njit
 from grounding.glide.actions import Kind
 from grounding.glide.config import GlideConfig
 from grounding.glide.emissions import aim_cov
-from grounding.glide.landmarks import beside
+from grounding.glide.landmarks import beside, tells_place
 from grounding.glide.model import Parameters, Session
 from grounding.glide.sight import log_density, where_met
 from grounding.types import FloatArray, IntArray
@@ -188,7 +188,7 @@ def _about_landmark(
     On top of something means on top of one of the things there are, mostly.
     """
     act, rests = session.acts[a], session.rests
-    if act.kind is not Kind.PUT or len(act.landmarks) != 1 or not rests.count:
+    if not tells_place(act) or not rests.count:
         return grid
     own = parameters.theta[session.names.of_act[a]][rests.thing]
     size = own / max(float(own.sum()), 1e-12) @ np.column_stack([rests.extent, rests.height])

@@ -5,11 +5,17 @@ import numpy as np
 from grounding.glide.actions import Act, Kind
 from grounding.glide.config import GlideConfig
 from grounding.glide.model import Parameters, Session
-from grounding.relations import sense_of, wearer_axes
+from grounding.relations import SENSES, sense_of, wearer_axes
 from grounding.types import FloatArray
 
 _ANYWAY = 0.02  # of a landmark that the thing was not put beside
 _LEAST_SPREAD_M = 0.03
+
+
+def tells_place(act: Act) -> bool:
+    """Return whether the words say where, about one landmark, a thing is put."""
+    told = act.kind is Kind.PUT and len(act.landmarks) == 1
+    return told and act.relation in SENSES and act.relation != "between"
 
 
 def landmark_shares(session: Session, parameters: Parameters, config: GlideConfig) -> FloatArray:
@@ -24,9 +30,10 @@ def landmark_shares(session: Session, parameters: Parameters, config: GlideConfi
         rows = list(session.names.landmarks_of_act[a])
         named = parameters.theta[rows].mean(axis=0)[rests.thing]  # (R,)
         share[a] = named
-        beside = _likeness(session, act, config)
         seen = np.flatnonzero(rests.next_rest >= 0)
-        share[a, seen] = named * (beside[seen] + _ANYWAY) * _others(session)[seen]
+        share[a, seen] = named * _others(session)[seen]
+        if tells_place(act):
+            share[a, seen] *= _likeness(session, act, config)[seen] + _ANYWAY
         share[a] /= np.maximum(_sum_of_present(session, share[a]), 1e-12)
     return share
 
@@ -46,7 +53,7 @@ def landings(session: Session, parameters: Parameters, config: GlideConfig) -> F
     standing = (rests.since_s <= arrival[:, None]) & (arrival[:, None] < rests.left_s)  # (S, R)
     stood = standing * _others(session)[seen]
     for a, act in enumerate(session.acts):
-        if act.kind is not Kind.PUT or len(act.landmarks) != 1:
+        if not tells_place(act):
             continue
         named = parameters.theta[session.names.landmarks_of_act[a][0]][rests.thing]
         sigma = _spread(act, config)

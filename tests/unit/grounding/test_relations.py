@@ -1,35 +1,13 @@
 import numpy as np
-import pytest
 
 from grounding.relations import (
     Body,
     Demonstrated,
     goal_of,
     learn_relation,
-    parse_location,
 )
 
 CUBE = np.full(3, 0.04)
-
-
-@pytest.mark.parametrize(
-    ("symbol", "relation", "landmarks"),
-    [
-        ("on-top-of-blue-cell", "on-top-of", (("blue", "cell"),)),
-        ("to-left-of-red-cube", "left-of", (("red", "cube"),)),
-        ("on-left-of-cube", "left-of", (("cube",),)),
-        ("in-front-of-cell", "in-front-of", (("cell",),)),
-        ("between-red-cube-and-blue-cell", "between", (("red", "cube"), ("blue", "cell"))),
-        ("in-box", "in", (("box",),)),
-        ("blue-cube-location", None, ()),
-        ("red", None, ()),
-    ],
-)
-def test_a_location_symbol_is_taken_apart(
-    symbol: str, relation: str | None, landmarks: tuple[tuple[str, ...], ...]
-) -> None:
-    place = parse_location(symbol)
-    assert (place.relation, place.landmarks) == (relation, landmarks)
 
 
 def put(offset: list[float]) -> Demonstrated:

@@ -67,6 +67,19 @@ def test_a_carried_box_is_the_same_thing_at_its_new_place(rig):
     assert np.linalg.norm(thing.track[1].T_world_body.t - there.centre) < 0.005
 
 
+def test_a_box_that_only_seemed_to_leave_stays_and_lends_its_twin_no_name(rig):
+    twin = moved(CUBE, 0.2, -0.08, 0.024)
+    there = moved(CUBE, -0.25, -0.12, 0.024)
+    hidden = [Tabletop([CUBE, twin], MARKS)] * 20 + [Tabletop([twin], MARKS)] * 10
+    frames = [*hidden, *[Tabletop([CUBE], MARKS)] * 10, *[Tabletop([CUBE, there], MARKS)] * 9]
+    live = watch(rig, frames)
+    assert len(live.objects) == 2
+    stayed, carried = nearest(live, CUBE), nearest(live, twin)
+    assert [(s.t_ns, s.left_ns) for s in stayed.track] == [(0, None)]
+    assert len(carried.track) == 2
+    assert np.linalg.norm(carried.track[1].T_world_body.t - there.centre) < 0.005
+
+
 def test_a_box_put_on_another_stands_on_its_top(rig):
     on_top = moved(CELL, -0.1, 0.05, 0.057)
     frames = [Tabletop([CUBE, CELL], MARKS)] * 10 + [Tabletop([CUBE], MARKS)] * 8
