@@ -10,6 +10,7 @@ from gazemap.ports import Progress
 from gazemap.slam.config import SlamConfig
 from gazemap.slam.keyframes import choose_keyframes
 from gazemap.slam.klt import Corners, CornerTracker
+from gazemap.slam.moving import coarse_chroma
 from gazemap.slam.structure import Structure
 from gazemap.slam.video import GreyVideo
 
@@ -26,12 +27,14 @@ class FollowedCorners:
         flat: (N, 2) x/z, y/z of each frame's corners.
         colours: (T, 3) uint8 RGB of each track where it was first seen.
         is_blank: (F,) frames that show nothing.
+        chroma: the colours of each frame, coarsely; None of grey ones.
     """
 
     corners: tuple[Corners, ...]
     flat: tuple[FloatArray, ...]
     colours: ImageArray
     is_blank: BoolArray
+    chroma: tuple[ImageArray | None, ...]
 
 
 def follow_corners(
@@ -39,7 +42,7 @@ def follow_corners(
 ) -> FollowedCorners:
     """Follow corners through the whole video."""
     tracker = CornerTracker(config.klt)
-    corners, flat, colours, blank = [], [], [], []
+    corners, flat, colours, blank, chroma = [], [], [], [], []
     track_count = 0
     for index, grey, image in video.first_pass():
         here = tracker.track(grey)
@@ -51,12 +54,14 @@ def follow_corners(
         corners.append(Corners(track_id=here.track_id[usable], uv_px=here.uv_px[usable]))
         flat.append(flat_here[usable])
         blank.append(tracker.is_blank(grey))
+        chroma.append(coarse_chroma(image))
         progress("following corners", index + 1, len(video))
     return FollowedCorners(
         corners=tuple(corners),
         flat=tuple(flat),
         colours=np.concatenate(colours) if colours else np.empty((0, 3), dtype=np.uint8),
         is_blank=np.array(blank, dtype=np.bool_),
+        chroma=tuple(chroma),
     )
 
 

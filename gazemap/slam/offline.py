@@ -17,8 +17,9 @@ from gazemap.slam.front import FollowedCorners, Skeleton, build_skeleton, follow
 from gazemap.slam.growth import grow
 from gazemap.slam.join import join
 from gazemap.slam.loops import close_all_loops
+from gazemap.slam.moving_frames import find_moving
 from gazemap.slam.placement import Placement, PosedMap, place
-from gazemap.slam.refinement import RefinedMap, refine
+from gazemap.slam.refinement import PatchSearch, RefinedMap, refine
 from gazemap.slam.tag_alignment import Map
 from gazemap.slam.video import GreyVideo
 from gazemap.types.slam import SlamResult, SparseMap
@@ -58,7 +59,11 @@ def map_session(
     report("growing the map", 0, 0)
     _grow_whole(skeleton, video, config)
     path = pose_frames_by_corners(followed, skeleton, t_ns=t_ns, config=config)
-    refined = refine(video, camera, skeleton=skeleton, path=path, config=config, progress=report)
+    moving = find_moving(followed, camera, skeleton=skeleton, path=path)
+    search = PatchSearch(
+        video=video, camera=camera, skeleton=skeleton, path=path, moving=moving, config=config
+    )
+    refined = refine(search, progress=report)
     camera = refined.camera
     warnings = []
     if camera.readout_s is not None and session.scene_camera.readout_s is None:

@@ -15,6 +15,7 @@ from gazemap.slam.focal import estimate_focal, with_focal
 from gazemap.slam.frame_path import FramePath, shutter_shift
 from gazemap.slam.framewise import FrameViews, pose_frames
 from gazemap.slam.front import Skeleton
+from gazemap.slam.moving_frames import MovingFrames
 from gazemap.slam.patch_choice import PatchPoints, candidate_points, choose_found
 from gazemap.slam.patches import PatchAtlas, PatchViews
 from gazemap.slam.rolling_shutter import estimate_readout
@@ -50,22 +51,15 @@ class RefinedMap:
     camera: Camera
 
 
-def refine(
-    video: GreyVideo,
-    camera: Camera,
-    *,
-    skeleton: Skeleton,
-    path: FramePath,
-    config: SlamConfig,
-    progress: Progress,
-) -> RefinedMap:
+def refine(search: "PatchSearch", *, progress: Progress) -> RefinedMap:
     """Find patches in the keyframes, keep those that are found well, find them in all frames.
 
     Each time the keyframes and points are bundle-adjusted. The structure's poses and the path are
     improved in place.
     """
+    camera, skeleton, config = search.camera, search.skeleton, search.config
     structure = skeleton.structure
-    search = _Search(video=video, camera=camera, skeleton=skeleton, path=path, config=config)
+    search.moving.hide(skeleton)
     candidates = candidate_points(skeleton, camera, config.patch)
     rough = search.run(
         candidates, points_map=structure.points_map[candidates.track],
@@ -81,7 +75,7 @@ def refine(
         return rough
     _adjust_all(rough, search)
     fine = search.run(
-        rough.selected, points_map=rough.points_map, frames=np.flatnonzero(path.is_posed),
+        rough.selected, points_map=rough.points_map, frames=np.flatnonzero(search.path.is_posed),
         progress=progress,
     )  # fmt: skip
     _finish(fine, search)
@@ -91,7 +85,7 @@ def refine(
     return fine
 
 
-def _finish(refined: RefinedMap, search: "_Search") -> list[FrameViews]:
+def _finish(refined: RefinedMap, search: "PatchSearch") -> list[FrameViews]:
     """Adjust the keyframes, then pose all frames by the points; return the views they used."""
     views = _good_views(_adjust_all(refined, search), refined.is_good)
     focal_px = search.skeleton.structure.focal_px
@@ -101,7 +95,7 @@ def _finish(refined: RefinedMap, search: "_Search") -> list[FrameViews]:
     return views
 
 
-def _calibrate_shutter(refined: RefinedMap, search: "_Search") -> None:
+def _calibrate_shutter(refined: RefinedMap, search: "PatchSearch") -> None:
     """Estimate the read-out time and adjust anew, while what is left is significant."""
     cauchy = search.config.final_cauchy_px / search.skeleton.structure.focal_px
     for _ in range(_SHUTTER_ROUNDS):
@@ -117,7 +111,7 @@ def _calibrate_shutter(refined: RefinedMap, search: "_Search") -> None:
         _finish(refined, replace(search, camera=refined.camera))
 
 
-def _calibrate_focal(refined: RefinedMap, search: "_Search") -> None:
+def _calibrate_focal(refined: RefinedMap, search: "PatchSearch") -> None:
     """Refine the focal length and adjust anew, where the views demand it."""
     structure, frames = search.skeleton.structure, search.skeleton.frames
     for _ in range(_FOCAL_ROUNDS):
@@ -144,13 +138,14 @@ def _calibrate_focal(refined: RefinedMap, search: "_Search") -> None:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Search:
+class PatchSearch:
     """What looking for patches needs; the skeleton's poses and the path move under it."""
 
     video: GreyVideo
     camera: Camera
     skeleton: Skeleton
     path: FramePath
+    moving: MovingFrames
     config: SlamConfig
 
     def run(
@@ -172,7 +167,7 @@ class _Search:
         found = [_NOTHING] * len(self.video)
         wanted = set(frames.tolist())
         for done, (index, views) in enumerate(_in_threads(self._jobs(atlas, wanted))):
-            found[index] = views
+            found[index] = self.moving.uncovered(index, views)
             progress("aligning patches", done + 1, len(wanted))
         good = np.ones(len(selected.track), dtype=np.bool_)
         return RefinedMap(
@@ -241,7 +236,7 @@ def _narrowed(rough: RefinedMap, kept: IntArray) -> RefinedMap:
     )
 
 
-def _adjust_all(refined: RefinedMap, search: _Search) -> list[FrameViews]:
+def _adjust_all(refined: RefinedMap, search: PatchSearch) -> list[FrameViews]:
     """Adjust keyframes and points, take all frames along; return the views without shutter."""
     structure, path, frames = search.skeleton.structure, search.path, search.skeleton.frames
     views = still_views(refined, path, search.camera)

@@ -24,6 +24,7 @@ class Notes:
         self._config = config
         self._next_id = 0
         self._next_keyframe = 0
+        self._probe_ids: IntArray = np.empty(0, np.int64)
 
     def start_after(self, update: MapUpdate) -> None:
         """Count on from a map that was loaded."""
@@ -62,15 +63,24 @@ class Notes:
         twist: FloatArray,
         t_ns: int,
     ) -> KeyframeNote:
-        """Return the note of a keyframe; its new corners become candidates."""
+        """Return the note of a keyframe; its new corners become candidates.
+
+        Mapping is told nothing of what the mask of moving things covers. New corners there are
+        probes: they are followed until the next keyframe, to know what moves.
+        """
         pyramid = Pyramid.of(grey)
         T_cam_world: Pose[Cam, World] = found.fit.T_cam_world
         ids, uv_px = poses.candidates.aligned(pyramid, T_cam_world)
+        fine = ~poses.moving.covers(uv_px) & ~np.isin(ids, self._probe_ids)
+        ids, uv_px = ids[fine], uv_px[fine]
         poses.candidates.keep(np.isin(poses.candidates.ids, ids))
-        seen_px = np.concatenate([found.uv_px, uv_px])
+        still = ~poses.moving.covers(found.uv_px)
+        rows = found.rows[still]
         room = self._config.front_end.candidates - len(poses.candidates)
-        born_px = find_corners(grey, seen_px, count=room)
+        born_px = find_corners(grey, np.concatenate([found.uv_px, uv_px]), count=room)
         born_ids = self._new_ids(len(born_px))
+        is_probe = poses.moving.covers(born_px)
+        self._probe_ids = born_ids[is_probe]
         poses.candidates.add(
             born_ids,
             born_px,
@@ -79,19 +89,19 @@ class Notes:
             depth=depth_of(poses, found),
         )
         sigma_px = self._config.front_end.patch_sigma_px
-        spread = np.repeat([1.0, _CANDIDATE_SIGMA_FACTOR], [len(found.rows), len(ids)])
+        spread = np.repeat([1.0, _CANDIDATE_SIGMA_FACTOR], [len(rows), len(ids)])
         return KeyframeNote(
             keyframe_id=self._new_keyframe_id(),
             t_ns=t_ns,
             grey=grey,
             T_cam_world=T_cam_world,
             twist=twist,
-            ids=np.concatenate([poses.landmarks.ids[found.rows], ids]),
-            uv_px=seen_px,
+            ids=np.concatenate([poses.landmarks.ids[rows], ids]),
+            uv_px=np.concatenate([found.uv_px[still], uv_px]),
             sigma_px=sigma_px * spread,
             vanished_ids=poses.vanished_ids(),
-            born_ids=born_ids,
-            born_uv_px=born_px,
+            born_ids=born_ids[~is_probe],
+            born_uv_px=born_px[~is_probe],
             readout_s=poses.readout_s,
         )
 

@@ -1,6 +1,6 @@
 """The pose of a frame in a known map: optical flow first, then the fixed patches."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from gazemap.slam.live.patches import Pyramid, align_patches
 from gazemap.slam.live.places import PlaceIndex
 from gazemap.slam.live.refine import PoseFit, PoseProblem, refine_pose
 from gazemap.slam.live.shutter import ShutterWatch
+from gazemap.slam.moving import NO_VOTES, Followed, MovingMask, Votes, votes_of
 from gazemap.types.tracking import LostReason
 
 _INLIER_SIGMAS = 4.0
@@ -26,6 +27,7 @@ _FLOW_REACH_PX = 3.0
 _PRIOR_REACH_PX = 6.0
 # Of the points that should be seen after relocalising; a wrong place finds hardly any.
 _RELOCALISED_SHARE = 0.25
+_COVERED_DOUBT = 4.0
 _SOUGHT_LONG = 60
 _HARDLY_FOUND = 0.1
 
@@ -39,12 +41,14 @@ class FramePose:
         rows: (N,) of the landmarks that fit.
         uv_px: (N, 2) where they are.
         visible_count: landmarks that were looked for.
+        votes: which corners moved with the map since the frame before, and which did not.
     """
 
     fit: PoseFit
     rows: IntArray
     uv_px: FloatArray
     visible_count: int
+    votes: Votes = NO_VOTES
 
     @property
     def is_sure(self) -> bool:
@@ -63,6 +67,8 @@ class PoseTracker:
         self.candidates = Candidates(camera)
         self._places = PlaceIndex(camera)
         self._shutter = ShutterWatch(camera)
+        self.moving = MovingMask(width_px=camera.width_px, height_px=camera.height_px)
+        self._followed: Followed | None = None
         self._flow_ids: IntArray = np.empty(0, np.int64)
         self._flow_uv_px: FloatArray = np.empty((0, 2))
         self._grey: ImageArray | None = None
@@ -111,6 +117,7 @@ class PoseTracker:
         found = self._aligned_pose(pyramid, T_cam_world, reach_px, twist=twist)
         if isinstance(found, FramePose):
             self._remember(grey, found)
+            found = replace(found, votes=self._votes(motion.T_cam_world, found.fit.T_cam_world))
         else:
             # They have moved on to this frame while the last good one stays.
             self.candidates.keep(np.zeros(len(self.candidates), bool))
@@ -125,6 +132,7 @@ class PoseTracker:
         """Forget the last frame and its corners: the map is another one."""
         self._grey = None
         self.candidates.keep(np.zeros(len(self.candidates), bool))
+        self.moving.forget()
 
     def relocalise(self, grey: ImageArray, pyramid: Pyramid) -> FramePose | LostReason:
         """Return the pose from the map alone; on success the frame becomes the last one."""
@@ -143,6 +151,7 @@ class PoseTracker:
             if not found.is_sure:
                 return LostReason.FEW_INLIERS
             self.candidates.keep(np.zeros(len(self.candidates), bool))
+            self.moving.forget()
             self._remember(grey, found)
         return found
 
@@ -151,6 +160,7 @@ class PoseTracker:
     ) -> tuple[Pose[Cam, World], float]:
         """Return the pose by optical flow, or the predicted one, and how far it may be off."""
         predicted = motion.predict(t_ns)
+        self._followed = None
         if self._grey is None:
             return predicted, _PRIOR_REACH_PX
         rows, known = self.landmarks.rows_of(self._flow_ids)
@@ -164,6 +174,9 @@ class PoseTracker:
         start = np.concatenate([before_px, self.candidates.uv_px])
         uv_px, found = follow(self._grey, grey, start, start + shift, self._config)
         count = len(rows)
+        depth = motion.T_cam_world.transform(points)[:, 2]
+        depth = np.concatenate([depth, np.full(len(start) - count, np.nan)])
+        self._followed = Followed(before_px=start[found], after_px=uv_px[found], depth=depth[found])
         self.candidates.uv_px = uv_px[count:]
         self.candidates.keep(found[count:])
         seen = found[:count]
@@ -175,6 +188,12 @@ class PoseTracker:
         if fit is None or fit.inliers(_INLIER_SIGMAS).sum() < self._config.least_inliers:
             return predicted, _PRIOR_REACH_PX
         return fit.T_cam_world, _FLOW_REACH_PX
+
+    def _votes(self, before: Pose[Cam, World], after: Pose[Cam, World]) -> Votes:
+        """Return how what was followed into this frame moved."""
+        if self._followed is None:
+            return NO_VOTES
+        return votes_of(self._followed, self._camera, T_after_before=after @ before.inverse())
 
     def _aligned_pose(
         self,
@@ -193,12 +212,15 @@ class PoseTracker:
         rows, uv_px = view.rows[good], uv_px[good]
         if len(rows) < self._config.least_inliers:
             return LostReason.FEW_FEATURES
+        # What is under the mask may be wrong, and may be all there is.
+        doubt = np.where(self.moving.covers(uv_px), _COVERED_DOUBT, 1.0)
         problem = self._problem(
-            self.landmarks.points_world[rows], uv_px, self._config.patch_sigma_px, twist
+            self.landmarks.points_world[rows], uv_px, doubt * self._config.patch_sigma_px, twist
         )
         fit = refine_pose(T_cam_world, problem)
         if fit is None:
             return LostReason.DIVERGED
+        fit = replace(fit, error=fit.error * doubt)
         self._shutter.observe(fit.T_cam_world, problem, uv_px[:, 1])
         # Where all points scatter more, under blur or an unknown shutter, more of it is no outlier.
         scatter = 3.0 * float(np.median(fit.error))
@@ -232,12 +254,16 @@ class PoseTracker:
         return rank
 
     def _problem(
-        self, points_world: FloatArray, uv_px: FloatArray, sigma_px: float, twist: FloatArray
+        self,
+        points_world: FloatArray,
+        uv_px: FloatArray,
+        sigma_px: float | FloatArray,
+        twist: FloatArray,
     ) -> PoseProblem:
         return PoseProblem(
             points_world=points_world,
             xy=self._camera.normalize(uv_px),
-            sigma=np.full(len(uv_px), sigma_px / self._focal_px),
+            sigma=np.broadcast_to(sigma_px / self._focal_px, (len(uv_px),)),
             dt_s=self._shutter.camera.row_delay_ns(uv_px[:, 1]) * 1e-9,
             twist=twist,
         )

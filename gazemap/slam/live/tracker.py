@@ -7,7 +7,7 @@ from typing import Self
 import numpy as np
 
 from gazemap.errors import InputError, SolverError
-from gazemap.geometry.arrays import FloatArray, ImageArray
+from gazemap.geometry.arrays import BoolArray, FloatArray, ImageArray
 from gazemap.geometry.camera import Camera
 from gazemap.geometry.pose import Pose
 from gazemap.slam.grey import to_grey
@@ -32,6 +32,7 @@ from gazemap.slam.live.pose_tracker import FramePose, PoseTracker
 from gazemap.slam.live.tag_start import TagStart
 from gazemap.slam.live.warm_up import warm_up_tracking
 from gazemap.slam.live.worker import ProcessLink
+from gazemap.slam.moving import coarse_chroma
 from gazemap.types.frame import Frame
 from gazemap.types.map import MapEvent, MapEventKind
 from gazemap.types.session import ImuSample, TagLayout
@@ -123,6 +124,10 @@ class LiveTracker:
         """Return the points (N, 3) of the map as it is now."""
         return self._poses.landmarks.points_world
 
+    def moving_mask(self) -> BoolArray:
+        """Return which parts (h, w) of the latest frame hold what moves by itself, coarsely."""
+        return self._poses.moving.is_moving
+
     def take_events(self) -> tuple[MapEvent, ...]:
         """Return what happened to the map since the last call."""
         events, self._events = tuple(self._events), []
@@ -164,6 +169,7 @@ class LiveTracker:
             self._lost(frame.t_ns, found)
             return self._begin_anew(grey, frame.t_ns, found)
         self._motion.observe(found.fit.T_cam_world, frame.t_ns)
+        self._poses.moving.update(found.votes, coarse_chroma(frame.image))
         if self._wants_keyframe(found):
             note = self._notes.keyframe(
                 self._poses, found, grey=grey, twist=self._motion.twist, t_ns=frame.t_ns

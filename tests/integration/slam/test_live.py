@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 
@@ -127,6 +128,38 @@ def test_a_carried_textured_box_does_not_bend_the_map(clean):
     table = table[(np.abs(table[:, 2]) < 0.03) & (np.abs(table[:, 0]) < 0.6)]
     assert len(table) > 30
     assert np.median(np.abs(table[:, 2])) < 2e-3
+
+
+def carried(T_world_cam, n):
+    """Return a colour image of a box that an arm carries over, and which pixels are the two."""
+    part = np.clip((n - 40) / 100, 0, 1)
+    centre = np.array([0.35 - 0.7 * part, -0.15, 0.1 + 0.25 * np.sin(np.pi * part)])
+    still = draw(room(), T_world_cam)
+    image = cv2.cvtColor(draw([*room(), box_front(centre, 0.2)], T_world_cam), cv2.COLOR_GRAY2BGR)
+    u, v = CAMERA.project(T_world_cam.inverse().transform(centre[None]))[0]
+    arm = np.array([[u - 14, v], [u + 14, v], [u + 70, CAMERA.height_px], [u, CAMERA.height_px]])
+    cv2.fillPoly(image, [arm.astype(np.int32)], (118, 148, 204))
+    return image, (image != still[..., None]).any(axis=2)
+
+
+def test_the_mask_covers_a_carried_box_and_its_arm_and_little_else():
+    poses = swaying(150)
+    covered, spilt = [], []
+    with LiveTracker(CAMERA, config=CONFIG) as tracker:
+        outcomes = []
+        for n, T in enumerate(poses):
+            image, truth = carried(T, n)
+            outcomes.append(tracker.track(Frame(index=n, t_ns=10**18 + n * FRAME_NS, image=image)))
+            if 70 <= n < 135:
+                size = (CAMERA.width_px, CAMERA.height_px)
+                mask = cv2.resize(tracker.moving_mask().astype(np.uint8), size, interpolation=0) > 0
+                near = cv2.dilate(truth.astype(np.uint8), np.ones((51, 51), np.uint8)) > 0
+                covered.append(mask[truth].mean())
+                spilt.append(mask[~near].mean())
+    assert 0.7 < np.mean(covered) < 1.0
+    assert np.mean(spilt) < 0.02
+    errors, _ = aligned_errors_m(outcomes, poses)
+    assert np.sqrt((errors**2).mean()) < 2e-3
 
 
 def test_tags_give_the_pose_before_there_is_parallax_and_metres_after():
