@@ -24,7 +24,8 @@ from gazemap.slam.video import GreyVideo
 
 _OUTLIER_PX = 2.0
 _FEWEST_KEYFRAMES = 3
-_LOSS_WIDENING = (4.0, 1.0)
+_WIDE_THEN_NARROW = (4.0, 1.0)
+_NARROW = (1.0,)
 _SHUTTER_ROUNDS = 4
 _FOCAL_ROUNDS = 2
 _THREADS = 2
@@ -73,7 +74,7 @@ def refine(search: "PatchSearch", *, progress: Progress) -> RefinedMap:
         # Too blurred or too changed for patches: the path by corners is what there is.
         rough.is_good[:] = False
         return rough
-    _adjust_all(rough, search)
+    _adjust_all(rough, search, widening=_WIDE_THEN_NARROW)
     fine = search.run(
         rough.selected, points_map=rough.points_map, frames=np.flatnonzero(search.path.is_posed),
         progress=progress,
@@ -85,14 +86,15 @@ def refine(search: "PatchSearch", *, progress: Progress) -> RefinedMap:
     return fine
 
 
-def _finish(refined: RefinedMap, search: "PatchSearch") -> list[FrameViews]:
-    """Adjust the keyframes, then pose all frames by the points; return the views they used."""
-    views = _good_views(_adjust_all(refined, search), refined.is_good)
+def _finish(
+    refined: RefinedMap, search: "PatchSearch", *, widening: tuple[float, ...] = _WIDE_THEN_NARROW
+) -> None:
+    """Adjust the keyframes, then pose all frames by the points."""
+    views = _good_views(_adjust_all(refined, search, widening=widening), refined.is_good)
     focal_px = search.skeleton.structure.focal_px
     pose_frames(
         search.path, views, points_map=refined.points_map, focal_px=focal_px, config=search.config
     )
-    return views
 
 
 def _calibrate_shutter(refined: RefinedMap, search: "PatchSearch") -> None:
@@ -108,7 +110,7 @@ def _calibrate_shutter(refined: RefinedMap, search: "PatchSearch") -> None:
             return
         readout_s = (refined.camera.readout_s or 0.0) + estimate.extra_s
         refined.camera = refined.camera.with_readout(readout_s)
-        _finish(refined, replace(search, camera=refined.camera))
+        _finish(refined, replace(search, camera=refined.camera), widening=_NARROW)
 
 
 def _calibrate_focal(refined: RefinedMap, search: "PatchSearch") -> None:
@@ -236,11 +238,14 @@ def _narrowed(rough: RefinedMap, kept: IntArray) -> RefinedMap:
     )
 
 
-def _adjust_all(refined: RefinedMap, search: PatchSearch) -> list[FrameViews]:
+def _adjust_all(
+    refined: RefinedMap, search: PatchSearch, *, widening: tuple[float, ...]
+) -> list[FrameViews]:
     """Adjust keyframes and points, take all frames along; return the views without shutter."""
     structure, path, frames = search.skeleton.structure, search.path, search.skeleton.frames
     views = still_views(refined, path, search.camera)
-    adjust_keyframes(refined, structure, frames=frames, views=views, config=search.config)
+    problem = bundle_problem(refined, structure, frames=frames, views=views, config=search.config)
+    adjust_keyframes(refined, structure, problem, widening=widening)
     posed = structure.is_posed
     path.follow(frames[posed], structure.R_cam_map[posed], structure.t_cam_map[posed])
     return views
@@ -269,27 +274,27 @@ def _good_views(views: list[FrameViews], is_good: BoolArray) -> list[FrameViews]
 
 
 def adjust_keyframes(
-    refined: RefinedMap,
-    structure: Structure,
-    *,
-    frames: IntArray,
-    views: list[FrameViews],
-    config: SlamConfig,
+    refined: RefinedMap, structure: Structure, whole: BundleProblem, *, widening: tuple[float, ...]
 ) -> None:
-    """Bundle-adjust keyframes and points on their patches, twice: the second without outliers.
+    """Bundle-adjust keyframes and points on their patches, each time without the outliers before.
 
-    The first loss is wide: where old and new views of a place disagree by a pixel, a narrow one
-    would believe whichever are more and throw the others out.
+    The first loss is to be wide where nothing was adjusted yet: where old and new views of a place
+    disagree by a pixel, a narrow one would believe whichever are more and throw the others out.
+
+    Args:
+        refined: the points.
+        structure: the keyframes.
+        whole: their views, as `bundle_problem` gives them.
+        widening: by how much the loss is wider, for each adjustment.
     """
-    whole = bundle_problem(refined, structure, frames=frames, views=views, config=config)
     keep = np.ones(len(whole.flat), dtype=np.bool_)
     R, t, points = whole.R_cam_map, whole.t_cam_map, whole.points_map
-    for widening in _LOSS_WIDENING:
+    for wider in widening:
         solved = adjust(
             replace(
                 whole, R_cam_map=R, t_cam_map=t, points_map=points,
                 camera_index=whole.camera_index[keep], point_index=whole.point_index[keep],
-                flat=whole.flat[keep], cauchy_px=widening * config.final_cauchy_px,
+                flat=whole.flat[keep], cauchy_px=wider * whole.cauchy_px,
             )
         )  # fmt: skip
         R, t, points = solved.R_cam_map, solved.t_cam_map, solved.points_map

@@ -24,7 +24,7 @@ from gazemap.slam.config import SlamConfig
 from gazemap.slam.offline import map_session
 from gazemap.slam.tag_alignment import Map
 from gazemap.types.slam import SlamResult
-from gazemap.types.tracking import Trajectory
+from gazemap.types.tracking import Tracked, Trajectory
 from services.bench.figures import Figure
 
 _SECONDS: Final = 6.0
@@ -58,7 +58,7 @@ def run(*, seconds: float = _SECONDS) -> list[Figure]:
                 ours, theirs, truth, peer=f"pycolmap {peer}",
                 keyframe_count=len(result.map.keyframe_t_ns),
             )  # fmt: skip
-        return figures + _live(session)
+        return figures + _live(session, truth)
 
 
 def _simulate(folder: Path, *, seconds: float) -> None:
@@ -148,18 +148,26 @@ def _error_mm(centres: dict[int, FloatArray], truth: Trajectory) -> float:
     return float(np.sqrt(((S_true_found.transform(found) - true) ** 2).sum(axis=1).mean()) * 1e3)
 
 
-def _live(session: Session) -> list[Figure]:
+def _live(session: Session, truth: Trajectory) -> list[Figure]:
     """Time the tracking thread, frame by frame, while mapping runs beside it."""
     from gazemap.slam.live.tracker import LiveTracker
 
-    times_ms = []
+    frames = list(session.scene_frames())
+    times_ms, centres = [], {}
     with LiveTracker(session.scene_camera) as tracker:
-        for frame in session.scene_frames():
-            start = time.thread_time_ns()
-            tracker.track(frame)
-            times_ms.append((time.thread_time_ns() - start) / 1e6)
+        began_s = time.perf_counter()
+        for frame in frames:
+            start_ns = time.thread_time_ns()
+            outcome = tracker.track(frame)
+            times_ms.append((time.thread_time_ns() - start_ns) / 1e6)
+            if isinstance(outcome, Tracked):
+                centres[outcome.t_ns] = outcome.T_world_cam.t
+        wall_s = time.perf_counter() - began_s
     median, slowest = np.quantile(times_ms, [0.5, 0.99])
     return [
         Figure(name="live tracking, median frame", value=float(median), unit="ms of CPU"),
         Figure(name="live tracking, p99 frame", value=float(slowest), unit="ms of CPU"),
+        Figure(name="live tracking and mapping", value=len(frames) / wall_s, unit="frames/s"),
+        Figure(name="live, frames tracked", value=len(centres) / len(frames), unit=""),
+        Figure(name="live, error", value=_error_mm(centres, truth), unit="mm"),
     ]

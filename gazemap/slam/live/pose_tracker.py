@@ -11,6 +11,7 @@ from gazemap.geometry.pose import Cam, Pose, World
 from gazemap.slam.live.candidates import Candidates
 from gazemap.slam.live.config import FrontEndConfig
 from gazemap.slam.live.flow import follow
+from gazemap.slam.live.glance import turn_between
 from gazemap.slam.live.landmarks import Landmarks, View, see, spread
 from gazemap.slam.live.messages import MapUpdate
 from gazemap.slam.live.motion import Motion, twist_between
@@ -112,16 +113,32 @@ class PoseTracker:
         self, grey: ImageArray, pyramid: Pyramid, motion: Motion, t_ns: int
     ) -> FramePose | LostReason:
         """Return the frame's pose; on success the frame becomes the last one."""
-        T_cam_world, reach_px = self._flow_pose(grey, motion, t_ns)
-        twist = twist_between(motion.T_cam_world, T_cam_world, (t_ns - motion.t_ns) * 1e-9)
-        found = self._aligned_pose(pyramid, T_cam_world, reach_px, twist=twist)
+        found = self._pose_near(motion.predict(t_ns), grey, pyramid, motion, t_ns)
+        if not isinstance(found, FramePose):
+            # They have moved on to this frame while the last good one stays.
+            self.candidates.keep(np.zeros(len(self.candidates), bool))
+            if self._grey is not None:
+                turn = turn_between(self._grey, grey, self._camera)
+                turned = self._pose_near(turn @ motion.T_cam_world, grey, pyramid, motion, t_ns)
+                if isinstance(turned, FramePose) and turned.is_sure:
+                    found = turned
         if isinstance(found, FramePose):
             self._remember(grey, found)
             found = replace(found, votes=self._votes(motion.T_cam_world, found.fit.T_cam_world))
-        else:
-            # They have moved on to this frame while the last good one stays.
-            self.candidates.keep(np.zeros(len(self.candidates), bool))
         return found
+
+    def _pose_near(
+        self,
+        predicted: Pose[Cam, World],
+        grey: ImageArray,
+        pyramid: Pyramid,
+        motion: Motion,
+        t_ns: int,
+    ) -> FramePose | LostReason:
+        """Return the frame's pose, looked for around a predicted one."""
+        T_cam_world, reach_px = self._flow_pose(grey, motion, predicted)
+        twist = twist_between(motion.T_cam_world, T_cam_world, (t_ns - motion.t_ns) * 1e-9)
+        return self._aligned_pose(pyramid, T_cam_world, reach_px, twist=twist)
 
     def vanished_ids(self) -> IntArray:
         """Return the landmarks that have moved away, or never were what they seemed."""
@@ -156,10 +173,9 @@ class PoseTracker:
         return found
 
     def _flow_pose(
-        self, grey: ImageArray, motion: Motion, t_ns: int
+        self, grey: ImageArray, motion: Motion, predicted: Pose[Cam, World]
     ) -> tuple[Pose[Cam, World], float]:
         """Return the pose by optical flow, or the predicted one, and how far it may be off."""
-        predicted = motion.predict(t_ns)
         self._followed = None
         if self._grey is None:
             return predicted, _PRIOR_REACH_PX
