@@ -91,6 +91,7 @@ class LiveGrounding:
             unparsed=discourse.unparsed,
             view=view,
             follower=self._follower if open_end else None,
+            before=self._plan,
         )
         self._plan = _revised(grounded.plan, self._plan)
         return dataclasses.replace(grounded, plan=self._plan)

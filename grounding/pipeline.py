@@ -70,6 +70,7 @@ def ground_session(  # noqa: PLR0913  all that a session is, by name
     unparsed: Sequence[Unparsed] = (),
     view: View | None = None,
     follower: Follower | None = None,
+    before: GroundedPlan | None = None,
 ) -> SessionGrounding:
     """Ground the instructions of one session.
 
@@ -81,6 +82,7 @@ def ground_session(  # noqa: PLR0913  all that a session is, by name
         unparsed: sentences that gave no instruction.
         view: the camera that patches are cut from; None for no patches.
         follower: of a session that goes on: its last instructions may not have been done yet.
+        before: the plan of a moment ago, of a session that goes on.
 
     Returns:
         The plan, the labels of the fixations, the patches and what the words mean.
@@ -90,14 +92,21 @@ def ground_session(  # noqa: PLR0913  all that a session is, by name
         alignment = align_session(demonstration, config.glide)
     else:
         alignment = follower.align(demonstration, config.glide)
-    is_believed = _goes_together(demonstration, alignment, config, is_over=follower is None)
+    before = before if follower is not None else None
+    was_believed = before is not None and before.has_grounded
+    is_believed = _goes_together(
+        demonstration,
+        alignment,
+        config.plan.for_kept if was_believed else config.plan,
+        chance=None if follower is not None else config.glide,
+    )
     instructions = ground_instructions(
         demonstration.spoken,
         alignment,
         config.plan,
-        unit_m=config.glide.scene_unit_m,
         open_end=follower is not None,
         is_believed=is_believed,
+        before=before,
     )
     plan = GroundedPlan(
         session=name,
@@ -123,14 +132,25 @@ def ground_session(  # noqa: PLR0913  all that a session is, by name
 
 
 def _goes_together(
-    demonstration: Demonstration, alignment: Alignment, config: GroundingConfig, *, is_over: bool
+    demonstration: Demonstration,
+    alignment: Alignment,
+    limits: PlanConfig,
+    *,
+    chance: GlideConfig | None,
 ) -> bool:
-    """Return whether the gaze belongs to the narration, as far as can be told."""
-    if not is_over or len(demonstration.spoken) < config.plan.told_by_chance:
-        return alignment.fit >= config.plan.fit_of_few
-    if alignment.fit < config.plan.fit:
+    """Return whether the gaze belongs to the narration, as far as can be told.
+
+    Args:
+        demonstration: what was said, looked at and seen.
+        alignment: what the looks say of it.
+        limits: when that counts as enough.
+        chance: to compare with looks in disorder, once the session is over; None before.
+    """
+    if chance is None or len(demonstration.spoken) < limits.told_by_chance:
+        return alignment.fit >= limits.fit_of_few
+    if alignment.fit < limits.fit:
         return False
-    return beyond_chance(demonstration, config.glide) >= config.plan.beyond_chance
+    return beyond_chance(demonstration, chance) >= limits.beyond_chance
 
 
 def _unclaimed(looks: Sequence[LookBelief]) -> tuple[LookBelief, ...]:
@@ -156,6 +176,7 @@ def _scaled(
     return dataclasses.replace(
         config,
         glide=dataclasses.replace(config.glide, scene_unit_m=unit_m),
+        plan=dataclasses.replace(config.plan, sigma_m=config.plan.sigma_m * unit_m),
         patches=dataclasses.replace(
             config.patches, unseen_size_m=config.patches.unseen_size_m * unit_m
         ),

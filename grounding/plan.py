@@ -29,7 +29,8 @@ class PlanConfig:
         sure: least probability of a target or location that is called grounded.
         done: least probability that an instruction was done at all.
         over: least probability that an action is over, while the session goes on.
-        sigma_m: largest horizontal standard deviation of a position a gripper can use.
+        sigma_m: largest horizontal standard deviation of a position a gripper can use, in the units
+            of the world.
         looks: least expected number of looks that speak for it.
         looks_unseen: the same where vision has no instance of the target.
         fit: least share of the looks within actions that are at what they should be at.
@@ -38,6 +39,10 @@ class PlanConfig:
         beyond_chance: least evidence beyond that of looks in disorder, standard deviations.
         told_by_chance: least number of instructions for which that says anything.
         candidate: least probability of a candidate that is named.
+        kept: share of `sure`, `done`, `over`, `looks` and `fit_of_few` that suffices, while a
+            session goes on, for what was grounded already and is still about the same thing. Each
+            new look moves a posterior a little; what is published must not come and go with them,
+            and be taken back only where the evidence has turned.
     """
 
     sure: float = 0.95
@@ -51,6 +56,21 @@ class PlanConfig:
     beyond_chance: float = 5.0
     told_by_chance: int = 6
     candidate: float = 0.02
+    kept: float = 0.8
+
+    @property
+    def for_kept(self) -> "PlanConfig":
+        """When a belief that counted as sure counts as sure still."""
+        return dataclasses.replace(
+            self,
+            sure=self.kept * self.sure,
+            done=self.kept * self.done,
+            over=self.kept * self.over,
+            looks=self.kept * self.looks,
+            looks_unseen=self.kept * self.looks_unseen,
+            fit_of_few=self.kept * self.fit_of_few,
+            sigma_m=self.sigma_m / self.kept,
+        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -145,6 +165,11 @@ class GroundedPlan:
         words = (w for each in self.instructions for w in each.spoken.instruction.target)
         return tuple(dict.fromkeys(words))
 
+    @property
+    def has_grounded(self) -> bool:
+        """Whether any instruction is grounded."""
+        return any(each.status is Status.GROUNDED for each in self.instructions)
+
     def to_json(self) -> dict[str, object]:
         """Return the content of `plan.json`."""
         return {
@@ -169,9 +194,9 @@ def ground_instructions(
     alignment: Alignment,
     config: PlanConfig,
     *,
-    unit_m: float = 1.0,
     open_end: bool = False,
     is_believed: bool = True,
+    before: GroundedPlan | None = None,
 ) -> tuple[GroundedInstruction, ...]:
     """Decide for each instruction what is sure; what is not sure is left open.
 
@@ -179,22 +204,30 @@ def ground_instructions(
         spoken: the instructions.
         alignment: what the looks say of them.
         config: when a belief counts as sure.
-        unit_m: one metre in world units.
         open_end: the session goes on; what is put somewhere is settled when that is over.
         is_believed: whether gaze and narration go together at all.
+        before: the plan of a moment ago, while the session goes on.
     """
-    found = tuple(
-        _ground(
-            each,
-            dataclasses.replace(belief, location=None)
-            if open_end and belief.moves and belief.over < config.over
-            else belief,
-            config,
-            unit_m=unit_m,
-        )
-        for each, belief in zip(spoken, alignment.instructions, strict=True)
-    )
-    return found if is_believed else tuple(_doubted(x, alignment) for x in found)
+    found = []
+    for each, belief in zip(spoken, alignment.instructions, strict=True):
+        is_kept = _is_kept(each, belief, before)
+        limits = config.for_kept if is_kept else config
+        is_open = open_end and belief.moves and belief.over < limits.over
+        seen = dataclasses.replace(belief, location=None) if is_open else belief
+        found.append(_ground(each, seen, limits))
+    return tuple(x if is_believed else _doubted(x, alignment) for x in found)
+
+
+def _is_kept(
+    spoken: SpokenInstruction, belief: InstructionBelief, before: GroundedPlan | None
+) -> bool:
+    """Return whether an instruction was grounded already, in what is still likeliest."""
+    if before is None or spoken.index >= len(before.instructions) or not belief.candidates:
+        return False
+    then, best = before.instructions[spoken.index], belief.candidates[0]
+    if then.status is not Status.GROUNDED or then.target is None or then.spoken != spoken:
+        return False
+    return then.target.object_id == best.object_id
 
 
 def _doubted(each: GroundedInstruction, alignment: Alignment) -> GroundedInstruction:
@@ -215,14 +248,14 @@ def _doubted(each: GroundedInstruction, alignment: Alignment) -> GroundedInstruc
 
 
 def _ground(
-    spoken: SpokenInstruction, belief: InstructionBelief, config: PlanConfig, *, unit_m: float
+    spoken: SpokenInstruction, belief: InstructionBelief, config: PlanConfig
 ) -> GroundedInstruction:
     best = belief.candidates[0] if belief.candidates else None
     place = belief.location
     if place is None and not belief.moves and best is not None:
         place = best.spot
-    target = best if best is not None and _is_sure(best.spot, config, unit_m=unit_m) else None
-    location = place if place is not None and _is_sure(place, config, unit_m=unit_m) else None
+    target = best if best is not None and _is_sure(best.spot, config) else None
+    location = place if place is not None and _is_sure(place, config) else None
     status, reason = _status(belief, target, location, config)
     shares = [spot.probability if spot else 0.0 for spot in (best, place)]
     open_ones = tuple(c for c in belief.candidates if c.probability >= config.candidate)
@@ -241,9 +274,9 @@ def _ground(
     )
 
 
-def _is_sure(spot: Spot, config: PlanConfig, *, unit_m: float) -> bool:
+def _is_sure(spot: Spot, config: PlanConfig) -> bool:
     spread = float(np.sqrt(np.linalg.eigvalsh(spot.cov_world[:2, :2])[-1]))
-    return spot.probability >= config.sure and spread <= config.sigma_m * unit_m
+    return spot.probability >= config.sure and spread <= config.sigma_m
 
 
 def _status(

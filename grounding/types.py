@@ -113,8 +113,10 @@ class ObjectInstance:
         object_id: "object-N".
         size_m: (3,) extents of its box.
         track: its resting places in time order.
+        colour_lab: (3,) its mean colour, CIELAB, or None.
     """
 
     object_id: str
     size_m: FloatArray
     track: tuple[RestingPlace, ...]
+    colour_lab: FloatArray | None = None

@@ -1,5 +1,8 @@
 """From the records of mapping to those of grounding: the two packages never meet elsewhere."""
 
+import cv2
+import numpy as np
+
 from gazemap.types.fixation import Fixation3D
 from gazemap.types.scene import SceneObject
 from grounding.types import FixationObservation, ObjectInstance, RestingPlace
@@ -29,4 +32,10 @@ def instance(thing: SceneObject) -> ObjectInstance:
         )
         for state in thing.track
     )
-    return ObjectInstance(object_id=thing.object_id, size_m=thing.size_m, track=track)
+    bgr = np.asarray(thing.mean_bgr, dtype=np.float32).reshape(1, 1, 3) / 255
+    return ObjectInstance(
+        object_id=thing.object_id,
+        size_m=thing.size_m,
+        track=track,
+        colour_lab=cv2.cvtColor(bgr, cv2.COLOR_BGR2LAB).reshape(3).astype(np.float64),
+    )

@@ -17,6 +17,7 @@ _NODES_MOST = 20_000
 _HEIGHT_SIGMA_M = 0.008
 _HEIGHT_STEP_M = 0.005  # grids closer than this are one
 _STACKED_M = 0.04  # height of a thing that was not seen, to stand another on
+_LEAST_HALF_M = 0.015  # of a thing's width
 _RATIO_CAP = 5e3
 _SEEN = 1e-3  # a look whose density ratio at a node is below this says nothing for the node
 
@@ -123,7 +124,11 @@ def unseen_positions(
         level = round(_height(session, parameters, config, a) / step)
         if level not in grids:
             grids[level] = _grid(session, parameters, config, height=level * step, calm=calm)
-        grid = _about_landmark(session, parameters, config, a, grid=grids[level], calm=calm)
+        grid = (
+            _about_landmark(session, parameters, config, a, grid=grids[level], calm=calm)
+            if put
+            else _with_room(session, config, grids[level])
+        )
         mean = weights[a].mean(axis=0)
         base = 1.0 - mean.sum() + (mean[2] * landmark[a, -1] if put else 0.0 * calm)
         weight = float(mean[0] + mean[1])
@@ -141,10 +146,10 @@ def _height(session: Session, parameters: Parameters, config: GlideConfig, a: in
     half = config.rest_height_m * unit
     top = _STACKED_M * unit
     if rests.count:
-        theta = parameters.theta[:, rests.thing] / np.bincount(rests.thing)[rests.thing]
-        half = float(theta[session.names.of_act[a]] @ rests.height) / 2
+        once = 1.0 / np.bincount(rests.thing)[rests.thing]
+        half = float(parameters.theta[a][rests.thing] * once @ rests.height) / 2
         if act.landmarks:
-            named = theta[list(session.names.landmarks_of_act[a])].mean(axis=0)
+            named = parameters.landmark_theta[a][rests.thing] * once
             top = float(named @ (rests.position[:, 2] + rests.height / 2)) - session.table_z
     on_top = act.relation == "on-top-of" and bool(act.landmarks)
     return session.table_z + half + (top if on_top and act.landmarks != (("table",),) else 0.0)
@@ -174,6 +179,24 @@ def _grid(
     return Grid(nodes=nodes, first=first, node=node, ratio=ratio, prior=prior)
 
 
+def _with_room(session: Session, config: GlideConfig, grid: Grid) -> Grid:
+    """Return the grid without the nodes at which something that was always there leaves no room.
+
+    Else a gaze that falls between two things would find a third one there.
+    """
+    rests = session.rests
+    stays = np.isinf(rests.left_s) & np.isinf(rests.since_s)
+    off = grid.nodes[:, None] - rests.position[stays]  # (G, S, 3)
+    reach = rests.extent[stays] / 2 + _LEAST_HALF_M * config.scene_unit_m
+    is_near = np.linalg.norm(off[..., :2], axis=2) < reach
+    is_level = np.abs(off[..., 2]) < rests.height[stays] / 2
+    free = ~(is_near & is_level).any(axis=1)
+    if not free.any():
+        return grid
+    prior = grid.prior * free
+    return replace(grid, prior=prior / prior.sum())
+
+
 def _about_landmark(
     session: Session,
     parameters: Parameters,
@@ -190,9 +213,9 @@ def _about_landmark(
     act, rests = session.acts[a], session.rests
     if not tells_place(act) or not rests.count:
         return grid
-    own = parameters.theta[session.names.of_act[a]][rests.thing]
+    own = parameters.theta[a][rests.thing]
     size = own / max(float(own.sum()), 1e-12) @ np.column_stack([rests.extent, rests.height])
-    named = parameters.theta[session.names.landmarks_of_act[a][0]][rests.thing]
+    named = parameters.landmark_theta[a][rests.thing]
     named = named / max(float(named.sum()), 1e-12)
     if act.relation != "on-top-of":
         near = beside(session, config, act, extent=float(size[0]), points=grid.nodes) @ named

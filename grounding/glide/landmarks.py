@@ -27,8 +27,7 @@ def landmark_shares(session: Session, parameters: Parameters, config: GlideConfi
     for a, act in enumerate(session.acts):
         if act.kind is not Kind.PUT or not act.landmarks:
             continue
-        rows = list(session.names.landmarks_of_act[a])
-        named = parameters.theta[rows].mean(axis=0)[rests.thing]  # (R,)
+        named = parameters.landmark_theta[a][rests.thing]  # (R,)
         share[a] = named
         seen = np.flatnonzero(rests.next_rest >= 0)
         share[a, seen] = named * _others(session)[seen]
@@ -55,7 +54,7 @@ def landings(session: Session, parameters: Parameters, config: GlideConfig) -> F
     for a, act in enumerate(session.acts):
         if not tells_place(act):
             continue
-        named = parameters.theta[session.names.landmarks_of_act[a][0]][rests.thing]
+        named = parameters.landmark_theta[a][rests.thing]
         sigma = _spread(act, config)
         density = _likeness(session, act, config)[seen] / (2 * np.pi * sigma[0] * sigma[1])
         there = session.area * (density * named * stood).sum(axis=1)

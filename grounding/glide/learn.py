@@ -30,10 +30,12 @@ def update(
 ) -> Parameters:
     """Return the parameters that explain the session best given the beliefs, and the priors."""
     shift, sigma = _narration(session, parameters, beliefs, config)
+    theta, landmark_theta = _meanings(session, beliefs, model)
     offset, scale = _gaze(session, parameters, beliefs, config)
     return dataclasses.replace(
         parameters,
-        theta=_meanings(session, beliefs, model),
+        theta=theta,
+        landmark_theta=landmark_theta,
         narration_shift_s=shift,
         narration_sigma_s=sigma,
         action_s=_action_s(session, parameters, beliefs),
@@ -45,28 +47,61 @@ def update(
     )
 
 
-def _meanings(session: Session, beliefs: Beliefs, model: Model) -> FloatArray:
-    """Count how often each phrase meant each instance, eq. 18.
+def _meanings(session: Session, beliefs: Beliefs, model: Model) -> tuple[FloatArray, FloatArray]:
+    """Say for each act what its phrases meant elsewhere in the session, eq. 18.
+
+    An act is no evidence for itself: with its own posterior among the counts, learning would make
+    it sure of whatever it leaned to, such as one of two things that fit the words equally well.
+    (Collapsed variational Bayes: Asuncion, Welling, Smyth and Teh 2009, "CVB0".)
+
+    Returns:
+        (A, O) for the act's thing, and (A, O) for its landmarks, the mean over their phrases.
+    """
+    acts, things = len(session.acts), max(session.things_count, 1)
+    counts = np.full((len(session.names.phrases), things), _MEANING_PRIOR / things)
+    of_thing, of_landmark = np.zeros((acts, things)), np.zeros((acts, things))
+    thing = session.rests.thing
+    for a, act in enumerate(session.acts):
+        done, rows = 1.0 - beliefs.skipped[a], session.names.landmarks_of_act[a]
+        if not act.in_hand:
+            np.add.at(of_thing[a], thing, done * beliefs.things[a, :-1])
+            counts[session.names.of_act[a]] += of_thing[a]
+        if rows:
+            geometry = _geometry_only(model.landmark_share[a, :-1])
+            share = beliefs.on_landmark[a] + done * (beliefs.things[a, :-1] @ geometry)
+            np.add.at(of_landmark[a], thing, share / len(rows))
+        for row in rows:
+            counts[row] += of_landmark[a]
+    rivals = _rivals(session) @ counts
+    theta = np.array([_meaning(counts[i] - own, rivals[i]) for i, own in _owns(session, of_thing)])
+    named = np.zeros((acts, things))
+    for a, rows in enumerate(session.names.landmarks_of_act):
+        for row in rows:
+            named[a] += _meaning(counts[row] - of_landmark[a], rivals[row]) / len(rows)
+    return theta, named
+
+
+def _owns(session: Session, of_thing: FloatArray) -> list[tuple[int, FloatArray]]:
+    """Return for each act the row of its thing's phrase, and what the act itself said of it.
+
+    What is in hand was named when it was taken.
+    """
+    names = session.names.of_act
+    owns: list[tuple[int, FloatArray]] = []
+    for a, act in enumerate(session.acts):
+        is_same = act.in_hand and a > 0 and names[a] == names[a - 1]
+        owns.append((names[a], owns[-1][1] if is_same else of_thing[a]))
+    return owns
+
+
+def _meaning(counts: FloatArray, rivals: FloatArray) -> FloatArray:
+    """Return (O,) what a phrase means by its counts.
 
     A thing that another phrase already means is less likely meant by this one: people who learn
     words assume so too (mutual exclusivity, Markman and Wachtel 1988).
     """
-    things = max(session.things_count, 1)
-    counts = np.zeros((len(session.names.phrases), things))
-    thing = session.rests.thing
-    for a, act in enumerate(session.acts):
-        done = 1.0 - beliefs.skipped[a]
-        if not act.in_hand:
-            np.add.at(counts[session.names.of_act[a]], thing, done * beliefs.things[a, :-1])
-        for row in session.names.landmarks_of_act[a]:
-            share = beliefs.on_landmark[a] + done * (
-                beliefs.things[a, :-1] @ _geometry_only(model.landmark_share[a, :-1])
-            )
-            np.add.at(counts[row], thing, share / len(session.names.landmarks_of_act[a]))
-    counts += _MEANING_PRIOR / things
-    owned = counts / (counts + _rivals(session) @ counts)
-    theta = counts * owned
-    return np.asarray(theta / theta.sum(axis=1, keepdims=True))
+    owned = counts * counts / (counts + rivals)
+    return np.asarray(owned / owned.sum())
 
 
 def _rivals(session: Session) -> FloatArray:

@@ -155,7 +155,9 @@ class Parameters:
     """What is learnt from the session, eq. 18 to 23.
 
     Attributes:
-        theta: (N, O) how likely each phrase means each instance.
+        theta: (A, O) how likely the phrase of each act's thing means each instance, by what the
+            phrase meant elsewhere.
+        landmark_theta: (A, O) the same for the phrases of its landmarks, their mean; 0 without any.
         narration_shift_s: start of speech minus start of action.
         narration_sigma_s: its spread.
         action_s: (3,) median duration for each kind of action.
@@ -167,6 +169,7 @@ class Parameters:
     """
 
     theta: FloatArray
+    landmark_theta: FloatArray
     narration_shift_s: float
     narration_sigma_s: float
     action_s: FloatArray
@@ -208,7 +211,8 @@ def initial_parameters(session: Session, config: GlideConfig) -> Parameters:
     action_s = float(np.sqrt(config.action_s * np.clip(share, 0.5, 8.0)))
     things = max(session.things_count, 1)
     return Parameters(
-        theta=np.full((len(session.names.phrases), things), 1.0 / things),
+        theta=np.full((len(session.acts), things), 1.0 / things),
+        landmark_theta=np.full((len(session.acts), things), 1.0 / things),
         narration_shift_s=0.0,
         narration_sigma_s=config.narration_sigma_s,
         action_s=np.full(3, action_s),

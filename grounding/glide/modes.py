@@ -17,6 +17,7 @@ import numpy as np
 
 from grounding.glide.actions import Kind, elementary_actions
 from grounding.glide.align import Alignment
+from grounding.glide.likeness import log_likeness
 from grounding.glide.model import Demonstration
 from grounding.glide.read import Candidate, InstructionBelief, Spot
 from grounding.types import SpokenInstruction
@@ -58,33 +59,34 @@ def align_all_modes(
         An alignment with its instructions in the order said.
     """
     best = Mode(order=tuple(range(len(demonstration.spoken))))
-    found = {best: as_said}
+    found, scores = {best: as_said}, {best: _score(demonstration, as_said, best, prior)}
     for _ in range(_STEPS):
         for mode in _neighbours(best, found[best], demonstration):
             if mode not in found:
                 found[mode] = _as_said(align(_under(demonstration, mode)), mode.order)
-        better = max(found, key=lambda mode: _score(found[mode], mode, prior))
+                scores[mode] = _score(demonstration, found[mode], mode, prior)
+        better = max(scores, key=lambda mode: scores[mode])
         if better == best:
             break
         best = better
-    different = _different(found, prior)
-    scores = np.array([_score(found[mode], mode, prior) for mode in different])
-    weights = np.exp(scores - scores.max())
+    different = _different(found, scores)
+    weights = np.exp(np.array([scores[mode] for mode in different]) - scores[best])
     weights /= weights.sum()
     parts = [(found[m], w) for m, w in zip(different, weights.tolist(), strict=True)]
     return _averaged(found[best], [(each, w) for each, w in parts if w > _NEGLIGIBLE])
 
 
-def _score(alignment: Alignment, mode: Mode, prior: float) -> float:
-    """Return the log posterior up to a constant: each change of order costs its prior."""
+def _score(demonstration: Demonstration, alignment: Alignment, mode: Mode, prior: float) -> float:
+    """Return the log posterior up to a constant, eq. 25: each change of order costs its prior."""
     changes = sum(1 for a, b in pairwise(mode.order) if b < a)
-    return float(alignment.log_evidence + changes * np.log(prior))
+    alike = log_likeness(demonstration.spoken, alignment.instructions, demonstration.objects)
+    return float(alignment.log_evidence + alike + changes * np.log(prior))
 
 
-def _different(found: Mapping[Mode, Alignment], prior: float) -> list[Mode]:
+def _different(found: Mapping[Mode, Alignment], scores: Mapping[Mode, float]) -> list[Mode]:
     """Return one mode for each explanation: several ways may lead to the same."""
     best: dict[tuple[object, ...], Mode] = {}
-    for mode in sorted(found, key=lambda m: -_score(found[m], m, prior)):
+    for mode in sorted(found, key=lambda m: -scores[m]):
         key = tuple(
             (each.candidates[0].object_id if each.candidates else None, each.end_ns)
             for each in found[mode].instructions

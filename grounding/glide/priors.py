@@ -20,7 +20,7 @@ def log_theta(session: Session, parameters: Parameters, config: GlideConfig) -> 
     unseen = config.unseen_prior if rests.count else 1.0
     for a in range(len(session.acts)):
         if rests.count:
-            named = parameters.theta[session.names.of_act[a]][rests.thing]
+            named = parameters.theta[a][rests.thing]
             logs[a, :-1] = np.log(np.maximum((1 - unseen) * named, 1e-9))
             logs[a, :-1][~session.allowed[a, rests.thing]] = NEVER
         logs[a, -1] = np.log(unseen) if session.allowed[a].all() else NEVER

@@ -123,7 +123,7 @@ def test_json_lines_hold_one_instruction_each(grounded: SessionGrounding) -> Non
 
 def test_a_behaviour_tree_picks_and_places_in_order(grounded: SessionGrounding) -> None:
     root = ET.fromstring(to_behavior_tree(grounded.plan))  # noqa: S314 (our own output)
-    nodes = [node.get("ID") for node in root.iter("Action")]
+    nodes = [node.get("ID") for node in root.findall("BehaviorTree/Sequence/Action")]
     assert root.get("BTCPP_format") == "4"
     assert nodes == ["Pick", "Place", "Pick", "Place"]
 
