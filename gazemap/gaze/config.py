@@ -23,6 +23,9 @@ class FixationConfig:
         dispersion_deg: how far gaze may spread within a fixation (method dispersion).
         split_penalty: by how much (in half chi-squares) two drifting rests must explain a span
             better than one: small saccades drown in the noise of single samples.
+        usual_duration_s: the usual length of a rest ...
+        duration_log_sigma: ... and the standard deviation of its logarithm.
+        drift_sigma_deg: how far a rest's mean drifts although the eye holds a point.
         merge_gap_s: fixations closer in time than this are one ...
         merge_deg: ... if they are closer in direction than this as well.
         min_duration_s: anything shorter is no fixation.
@@ -34,7 +37,10 @@ class FixationConfig:
     min_jump_deg: float = 0.6
     noise_factor: float = 4.0
     dispersion_deg: float = 1.5
-    split_penalty: float = 8.0
+    split_penalty: float = 5.0
+    usual_duration_s: float = 0.3
+    duration_log_sigma: float = 0.5
+    drift_sigma_deg: float = 0.04
     merge_gap_s: float = 0.075
     merge_deg: float = 0.25
     min_duration_s: float = 0.1

@@ -39,6 +39,28 @@ def test_fixations_are_found_while_the_head_moves(camera, trajectory, noise_deg)
         assert overlap(fixation, start_s, end_s) > 0.8
 
 
+def test_a_long_look_is_one_although_its_point_is_thought_too_far(camera, trajectory):
+    """What stands 4 cm above the table drifts by tenths of a degree while the head sways."""
+    point = np.array([0.05, 0.1, 0.04])
+    gaze = gaze_on(np.tile(point, (5, 1)), camera, trajectory, noise_deg=0.03)
+    found = detect_fixations(gaze, camera, trajectory, (), FixationConfig())
+    assert len(found) <= 2
+    assert sum(f.end_ns - f.start_ns for f in found) > 3.6e9
+
+
+def test_small_steps_that_noise_hides_are_told_by_the_usual_length_of_rests(camera, trajectory):
+    """Thirty samples a second, half a degree of noise, steps of 1.1 degrees."""
+    points = POINTS[0] + np.array([[0, 0, 0], [0.016, 0, 0], [0, 0, 0], [0.016, 0, 0], [0, 0, 0]])
+    gaze = gaze_on(points, camera, trajectory, noise_deg=0.5)
+    slow = GazeSamples(
+        t_ns=gaze.t_ns[::7], uv_px=gaze.uv_px[::7], worn=gaze.worn[::7], blink=gaze.blink[::7]
+    )
+    found = detect_fixations(slow, camera, trajectory, (), FixationConfig())
+    pairs = zip(STARTS_S, ENDS_S, strict=True)
+    right = [max(overlap(f, start, end) for f in found) > 0.5 for start, end in pairs]
+    assert sum(right) >= 4
+
+
 def test_a_fixations_pixel_is_where_the_point_lay_at_mid_time(camera, trajectory):
     gaze = gaze_on(POINTS, camera, trajectory, noise_deg=0.3)
     found = detect_fixations(gaze, camera, trajectory, (), FixationConfig())
