@@ -96,6 +96,8 @@ def _differences(
     pulls = []
     for fixation in fixations:
         t_ns = fixation.mid_ns
+        if _has_gone_astray(objects, t_ns, config):
+            continue
         T_world_cam = trajectory.at(t_ns)
         points, weights, names = _points_of_interest(objects, t_ns, config)
         if T_world_cam is None or len(points) == 0:
@@ -105,6 +107,16 @@ def _differences(
         prior = weights / weights.sum()
         pulls.append(_Pulls(deg=np.degrees(seen - wanted), prior=prior, point=names))
     return pulls
+
+
+def _has_gone_astray(objects: tuple[SceneObject, ...], t_ns: int, config: OffsetConfig) -> bool:
+    """Whether something was taken lately of which nobody knows where it was put.
+
+    It is mostly looked where it goes: such looks lie near other things, and would draw the error
+    towards those.
+    """
+    last = [thing.track[-1].left_ns for thing in objects]
+    return any(left is not None and 0 <= t_ns - left < config.ahead_s * 1e9 for left in last)
 
 
 def _points_of_interest(

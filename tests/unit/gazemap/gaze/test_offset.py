@@ -102,3 +102,27 @@ def test_without_objects_the_uncertainty_is_the_usual_one(camera, trajectory):
     )
     assert not got.is_applied
     assert got.azimuth_sigma_rad == pytest.approx(np.radians(1.0))
+
+
+def test_looks_at_where_something_was_put_unseen_do_not_draw_the_offset(camera, trajectory):
+    """One thing is taken after two seconds and put on another, where it was not recognised."""
+    true_deg = np.array([0.5, 0.5])
+    given = list(looks(camera, trajectory, offset_deg=true_deg))
+    on_top = CENTRES[2] + [0.0, 0.0, 0.045]
+    late = [k for k, f in enumerate(given) if f.mid_ns > 2_000_000_000]
+    for k in late:
+        t_ns = given[k].mid_ns
+        seen = angles_of(trajectory.at(t_ns).inverse().transform(on_top[None]))
+        u_px, v_px = camera.project(directions_of(seen + np.radians(true_deg)))[0]
+        given[k] = replace(given[k], u_px=float(u_px), v_px=float(v_px))
+    first, *others = things()
+    taken = replace(first, track=(replace(first.track[0], left_ns=2_000_000_000),))
+    got = estimate_gaze_offset(
+        tuple(given),
+        trajectory=trajectory,
+        camera=camera,
+        objects=(taken, *others),
+        config=OffsetConfig(),
+    )
+    error = np.degrees([got.azimuth_rad, got.elevation_rad]) - true_deg
+    assert np.linalg.norm(error) < 0.4
