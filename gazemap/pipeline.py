@@ -1,7 +1,7 @@
 """The story of mapping one session: where the head was, what stood there, what was looked at."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from typing import Final
 
@@ -12,12 +12,14 @@ from gazemap.gaze.config import FixationConfig, GazeNoise, OffsetConfig
 from gazemap.gaze.detect import detect_fixations
 from gazemap.gaze.offset import estimate_gaze_offset
 from gazemap.geometry.arrays import ImageArray
+from gazemap.geometry.camera import Camera
 from gazemap.geometry.pose import Overhead, Pose, World
 from gazemap.ports import Progress, Session
 from gazemap.scene.build import build_scene, table_outline
 from gazemap.scene.cast import SceneCaster
 from gazemap.scene.config import SceneConfig
 from gazemap.scene.table_matches import match_table
+from gazemap.session.gaze_camera import gaze_camera_of
 from gazemap.slam.config import SlamConfig
 from gazemap.slam.offline import map_session
 from gazemap.slam.tag_alignment import locate_static_camera, pose_from_points
@@ -137,7 +139,7 @@ def find_looks(
 ) -> Looks:
     """Cast every fixation into the scene as it stood, after the gaze error was taken out."""
     fixations = fixations_of(session, located, config)
-    trajectory, camera = located.slam.trajectory, located.slam.camera
+    camera, trajectory = _gaze_view(session, located)
     offset = NO_OFFSET
     if config.offset_mode is OffsetMode.AUTO:
         offset = estimate_gaze_offset(
@@ -159,7 +161,26 @@ def find_looks(
         noise=config.noise,
         overhead=overhead,
     )
+    if camera is not located.slam.camera:
+        cast = tuple(_in_scene_image(each, located.slam) for each in cast)
     return Looks(fixations=cast, offset=offset)
+
+
+def _gaze_view(session: Session, located: Located) -> tuple[Camera, Trajectory]:
+    """Return the camera on whose images gaze is given, and its path."""
+    slam, eyes = located.slam, gaze_camera_of(session.data)
+    if eyes is None:
+        return slam.camera, slam.trajectory
+    return eyes.camera, slam.trajectory.carrying(eyes.T_cam_gaze)
+
+
+def _in_scene_image(fixation: Fixation3D, slam: SlamResult) -> Fixation3D:
+    """Return a fixation with its pixel in the scene camera's image, seen from where that was."""
+    T_world_cam = slam.trajectory.at(fixation.fixation.mid_ns)
+    if fixation.point_world is None or T_world_cam is None:
+        return replace(fixation, scene_uv_px=np.full(2, np.nan))
+    point_cam = T_world_cam.inverse().transform(fixation.point_world)
+    return replace(fixation, scene_uv_px=slam.camera.project(point_cam[None])[0])
 
 
 def fixations_of(session: Session, located: Located, config: MappingConfig) -> tuple[Fixation, ...]:
@@ -169,10 +190,5 @@ def fixations_of(session: Session, located: Located, config: MappingConfig) -> t
         return device
     if gaze is None:
         return ()
-    return detect_fixations(
-        gaze,
-        located.slam.camera,
-        located.slam.trajectory,
-        session.data.blinks,
-        config.fixations,
-    )
+    camera, trajectory = _gaze_view(session, located)
+    return detect_fixations(gaze, camera, trajectory, session.data.blinks, config.fixations)

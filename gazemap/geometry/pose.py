@@ -19,6 +19,10 @@ class Cam:
     """A camera's optical frame: x right, y down, z forward."""
 
 
+class GazeCam:
+    """The eye tracker's own camera, where the head camera is another one."""
+
+
 class Overhead:
     """The overhead camera's optical frame."""
 

@@ -50,6 +50,25 @@ def read_camera(path: Path, *, size: ImageSize) -> Camera:
     return camera
 
 
+def camera_in(document: Document, *, where: str) -> Camera:
+    """Return the camera that a part of a file describes, with the size of its images.
+
+    Raises:
+        InputError: if it is wrong or names no size.
+    """
+    size = _stated_size(document, Path(where))
+    if size is None:
+        raise InputError("'width' and 'height' are missing", where=where, todo="add them")
+    matrix = numbers(document, "camera_matrix", path=where)
+    if matrix.size != 9:
+        raise InputError(
+            f"'camera_matrix' must be 3x3, got {matrix.size} numbers",
+            where=where,
+            todo="correct it",
+        )
+    return _camera(document, matrix.reshape(3, 3), size=size, path=Path(where))
+
+
 def _camera(document: Document, K: FloatArray, *, size: ImageSize, path: Path) -> Camera:
     key = "distortion_coefficients" if "distortion_coefficients" in document else "dist_coefs"
     readout_s = document.get("readout_s")

@@ -1,6 +1,6 @@
 """Where the head camera was: outcomes frame by frame, and the whole path."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 
 import numpy as np
@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from gazemap.errors import ConventionError
 from gazemap.geometry.arrays import FloatArray, IntArray, frozen_floats, frozen_ints
-from gazemap.geometry.pose import Cam, Pose, World
+from gazemap.geometry.pose import Cam, GazeCam, Pose, World
 
 
 class Scale(StrEnum):
@@ -102,6 +102,15 @@ class Trajectory:
 
     def __len__(self) -> int:
         return len(self.t_ns)
+
+    def carrying(self, T_cam_other: Pose[Cam, GazeCam]) -> "Trajectory":
+        """Return the path of another camera that is fixed to this one."""
+        R_world_cam = Rotation.from_quat(self.quat_xyzw.copy())
+        return replace(
+            self,
+            quat_xyzw=(R_world_cam * Rotation.from_matrix(T_cam_other.R)).as_quat(),
+            p_world_cam=self.p_world_cam + R_world_cam.apply(T_cam_other.t.copy()),
+        )
 
     def pose(self, i: int) -> Pose[World, Cam]:
         """Return the pose of row i."""

@@ -2,6 +2,7 @@
 
 import csv
 import json
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -101,7 +102,7 @@ def _fixation_row(each: Fixation3D, member: Membership | None) -> dict[str, obje
         each.fixation.fixation_id,
         each.fixation.start_ns,
         each.fixation.end_ns,
-        *(f"{x:.3f}" for x in each.scene_uv_px),
+        *(f"{x:.3f}" if math.isfinite(x) else "" for x in each.scene_uv_px),
         *point,
         *cov,
         each.hit.value,
