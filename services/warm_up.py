@@ -9,7 +9,10 @@ import tempfile
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from gazemap.live import warm_up
+from gazemap.scene.ray_order import coherent_order
 from gazemap.sim.config import SimConfig, resized
 from gazemap.sim.simulate import simulate
 from gazemap.slam.live.warm_up import warm_up_mapping
@@ -31,6 +34,7 @@ def main() -> None:
     )
     warm_up()
     warm_up_mapping()
+    coherent_order(np.zeros((1, 6), dtype=np.float32), np.zeros(3))
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder)
         simulate(config, out, progress=_silent)

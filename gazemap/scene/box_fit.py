@@ -88,11 +88,13 @@ class BoxFit:
     Attributes:
         box: the box.
         cov_world: (3, 3) covariance of its centre, m^2.
+        size_sigma_m: standard deviation of each extent.
         log_likelihood: of all cut-outs under their division by the box.
     """
 
     box: Box
     cov_world: FloatArray
+    size_sigma_m: float
     log_likelihood: float
 
 
@@ -149,6 +151,7 @@ class _Search:
         return BoxFit(
             box=Box.from_shape(self._shape),
             cov_world=self._covariance(),
+            size_sigma_m=float(np.sqrt(2.0)) * self._edge_sigma_m,
             log_likelihood=self._division.log_odds(self._shape, self._inside)[1],
         )
 
@@ -166,8 +169,17 @@ class _Search:
         shape[2] = self._base + shape[6] / 2
         return float(sum_inside(shape, self._division.projections, self._sums))
 
+    @property
+    def _edge_sigma_m(self) -> float:
+        """How far off each side is: more views do not help, for all blur their edges alike."""
+        grain_m = float(np.median([c.grain_m for c in self._division.crops]))
+        return self._config.edge_sigma_px * grain_m
+
     def _covariance(self) -> FloatArray:
-        """Return the centre's covariance (3, 3) from how sharp the optimum is, with a floor."""
+        """Return the centre's covariance (3, 3) from how sharp the optimum is.
+
+        The sides' errors are independent: half of their variance moves the centre.
+        """
         start = self._shape[self._free]
         step = _STEPS[: len(start)] / 2
         peak = self._gain(start)
@@ -176,4 +188,5 @@ class _Search:
             drop = 2 * peak - self._gain(start + axis) - self._gain(start - axis)
             variance[self._free[k]] = step[k] ** 2 / max(drop, 1e-3)
         spread = np.array([variance[0], variance[1], variance[6] / 4])
-        return np.diag(np.clip(spread, 0, 0.02**2) + self._config.sigma_floor_m**2)
+        edges = self._edge_sigma_m**2 / 2.0
+        return np.diag(np.clip(spread, 0, 0.02**2) + edges + self._config.sigma_floor_m**2)

@@ -3,15 +3,16 @@
 import ctypes
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
 from gazemap.geometry.arrays import BoolArray, FloatArray, IntArray
+from gazemap.scene.ray_order import MIN_RAYS, Float32Array, coherent_order
 from gazemap.scene.surface import BOX_TRIANGLES, box_vertices
 from gazemap.types.scene import Miss, ObjectState, SceneModel, SceneObject, SurfaceHit, SurfaceKind
 
-_OBJECT_SIGMA_M = 0.001  # flatness of a box's sides
+_Values = TypeVar("_Values", FloatArray, IntArray, BoolArray)
 
 
 @cache
@@ -60,6 +61,8 @@ class SceneCaster:
         self._surface = _raycasting_scene(
             [(model.background.vertices_world, model.background.triangles)]
         )
+        vertices = model.background.vertices_world
+        self._middle_world = (vertices.min(axis=0) + vertices.max(axis=0)) / 2
         kinds, triangles = model.background.kinds, model.background.triangles
         self._is_measured = np.zeros(len(triangles), dtype=bool)
         if kinds is not None:
@@ -74,22 +77,23 @@ class SceneCaster:
             t_ns=t_ns, origins_world=origins_world, directions_world=directions_world
         )
         return [
-            self._hit(hits, i, origins_world[i] + hits.reach_m[i] * directions_world[i])
+            self._hit(hits, i, origins_world[i] + hits.reach_m[i] * directions_world[i], t_ns)
             if np.isfinite(hits.reach_m[i])
             else Miss(reason="the ray meets no mapped surface")
             for i in range(len(origins_world))
         ]
 
-    def _hit(self, hits: RayHits, i: int, point_world: FloatArray) -> SurfaceHit:
-        k = int(hits.object_index[i])
+    def _hit(self, hits: RayHits, i: int, point_world: FloatArray, t_ns: int) -> SurfaceHit:
+        k, normal_world = int(hits.object_index[i]), hits.normals_world[i]
         thing = None if k < 0 else self._model.objects[k]
-        sigma_m = _OBJECT_SIGMA_M
         if thing is None:
             measured = bool(hits.is_measured[i])
             sigma_m = self._model.measured_sigma_m if measured else self._model.surface_sigma_m
+        else:
+            sigma_m = _side_sigma_m(thing, t_ns, normal_world)
         return SurfaceHit(
             point_world=point_world,
-            normal_world=hits.normals_world[i],
+            normal_world=normal_world,
             object_id=None if thing is None else thing.object_id,
             sigma_m=sigma_m,
         )
@@ -98,10 +102,21 @@ class SceneCaster:
         self, *, t_ns: int, origins_world: FloatArray, directions_world: FloatArray
     ) -> RayHits:
         """Return the first hits of many rays (N, 3), (N, 3 unit) as arrays."""
-        o3d = open3d()
         rays = np.empty((len(origins_world), 6), dtype=np.float32)
         rays[:, :3], rays[:, 3:] = origins_world, directions_world
-        tensor = o3d.core.Tensor.from_numpy(rays)
+        if len(rays) < MIN_RAYS:
+            return self._cast_in_order(t_ns, rays)
+        order = coherent_order(rays, self._middle_world)
+        hits = self._cast_in_order(t_ns, rays[order])
+        return RayHits(
+            reach_m=_put_back(hits.reach_m, order),
+            normals_world=_put_back(hits.normals_world, order),
+            object_index=_put_back(hits.object_index, order),
+            is_measured=_put_back(hits.is_measured, order),
+        )
+
+    def _cast_in_order(self, t_ns: int, rays: Float32Array) -> RayHits:
+        tensor = open3d().core.Tensor.from_numpy(rays)
         answer = self._surface.cast_rays(tensor)
         reach = answer["t_hit"].numpy().astype(np.float64)
         normals = answer["primitive_normals"].numpy().astype(np.float64)
@@ -118,7 +133,7 @@ class SceneCaster:
             reach[closer] = box_reach[closer]
             normals[closer] = near["primitive_normals"].numpy()[closer]
             index[closer] = owners[near["geometry_ids"].numpy()[closer]]
-        away = np.einsum("ij,ij->i", normals, directions_world) > 0
+        away = np.einsum("ij,ij->i", normals, rays[:, 3:]) > 0
         normals[away] *= -1
         return RayHits(
             reach_m=reach, normals_world=normals, object_index=index, is_measured=is_measured
@@ -132,6 +147,22 @@ class SceneCaster:
             meshes = [_box_mesh(thing, state) for _, thing, state in here]
             self._arrangements[key] = _raycasting_scene(meshes) if meshes else None
         return self._arrangements[key], np.array([k for k, _, _ in here], dtype=np.int64)
+
+
+def _put_back(values: _Values, order: IntArray) -> _Values:
+    back = np.empty_like(values)
+    back[order] = values
+    return back
+
+
+def _side_sigma_m(thing: SceneObject, t_ns: int, normal_world: FloatArray) -> float:
+    """Return how far a side of a box may lie from where it is thought to be, along its normal.
+
+    The box's centre is uncertain, and so is by how much its sides lie away from it.
+    """
+    state = thing.at(t_ns)
+    centre = 0.0 if state is None else float(normal_world @ state.cov_world @ normal_world)
+    return float(np.sqrt(centre + (thing.size_sigma_m / 2) ** 2))
 
 
 def _box_mesh(thing: SceneObject, state: ObjectState) -> tuple[FloatArray, IntArray]:

@@ -64,6 +64,8 @@ class BoxFitConfig:
         max_views: views that are kept for one resting place.
         view_period_s: views of one resting place are at least so far apart.
         sigma_floor_m: no centre is claimed to be known better.
+        edge_sigma_px: how far off an outline's edge is, the same in all views: pixels there mix
+            the colours of both sides, and shadows lie beside it.
     """
 
     crop_px: int = 96
@@ -78,6 +80,7 @@ class BoxFitConfig:
     max_views: int = 10
     view_period_s: float = 0.35
     sigma_floor_m: float = 0.001
+    edge_sigma_px: float = 0.75
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -70,6 +70,8 @@ class Crop:
         projection: (3, 4) world to pixel of the cut-out.
         is_overhead: whether the overhead camera took it.
         distance_m: of the place from the camera.
+        grain_m: how much of the place a pixel covers, of the cut-out or of the camera's image,
+            whichever is the coarser.
     """
 
     t_ns: int
@@ -78,6 +80,7 @@ class Crop:
     projection: FloatArray
     is_overhead: bool
     distance_m: float
+    grain_m: float
 
 
 def as_bgr(image: ImageArray) -> ImageArray:
@@ -117,7 +120,16 @@ def cut_out(
         projection=K_crop @ T_crop_world,
         is_overhead=view.is_overhead,
         distance_m=distance,
+        grain_m=span_m / size_px * max(1.0, 1.0 / _spacing_px(uv_px)),
     )
+
+
+def _spacing_px(uv_px: FloatArray) -> float:
+    """Return how far apart neighbouring pixels (n, n, 2) of a cut-out lie in the image."""
+    middle = len(uv_px) // 2
+    at = uv_px[middle, middle]
+    beside, below = uv_px[middle, middle + 1] - at, uv_px[middle + 1, middle] - at
+    return max(min(float(np.hypot(*beside)), float(np.hypot(*below))), 1e-3)
 
 
 def _lens_map(

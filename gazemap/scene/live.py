@@ -208,6 +208,7 @@ class LiveObjects:
             size_m=fit.box.size_m,
             track=tuple(sorted((*others, state), key=lambda s: s.t_ns)),
             mean_bgr=resting.mean_bgr(),
+            size_sigma_m=fit.size_sigma_m,
         )
         self._objects[thing.object_id] = thing
         if resting.colours is not None:

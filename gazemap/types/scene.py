@@ -60,12 +60,14 @@ class SceneObject:
         size_m: extents (3,) of its box in its own frame, z up.
         track: its resting places in time order, at least one.
         mean_bgr: (3,) mean colour, for pictures.
+        size_sigma_m: standard deviation of each extent.
     """
 
     object_id: str
     size_m: FloatArray
     track: tuple[ObjectState, ...]
     mean_bgr: FloatArray
+    size_sigma_m: float = 0.001
 
     def at(self, t_ns: int) -> ObjectState | None:
         """Return the resting place at a time; None while it is carried or not yet there."""

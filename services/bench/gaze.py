@@ -31,17 +31,25 @@ def run() -> list[Figure]:
     batch = _rate(lambda: _cast(caster, origins, directions), _BATCH, repeats=3)
     peer = _rate(lambda: _bare(usual)(origins, directions), _BATCH, repeats=3)
     single = _rate(lambda: _one_by_one(caster), _SINGLE, repeats=3)
-    triangles = np.log(_LARGE) / np.log(_SMALL)
+    logarithms = float(np.log(_LARGE) / np.log(_SMALL))
+    of_one, of_many = _growth()
     name = "Open3D on one mesh"
     return [
         Figure(name="rays, batched", value=batch, unit="1/s", peer=name, peer_value=peer),
         Figure(name="rays, one by one", value=single, unit="1/s", peer="wanted", peer_value=5000.0),
         Figure(
             name="a ray into 2 M over 10 k triangles",
-            value=_growth(),
+            value=of_one,
             unit="times",
             peer="their logarithms",
-            peer_value=float(triangles),
+            peer_value=logarithms,
+        ),
+        Figure(
+            name="the same of rays in a batch",
+            value=of_many,
+            unit="times",
+            peer="their logarithms",
+            peer_value=logarithms,
         ),
         Figure(
             name="one live fixation",
@@ -119,15 +127,21 @@ def _rate(work: Callable[[], object], count: int, *, repeats: int) -> float:
     return count / min(spans)
 
 
-def _growth() -> float:
-    """Return how much dearer a ray of gaze is in a large mesh than in a small one."""
-    return _cost_ms(_LARGE) / _cost_ms(_SMALL)
+def _growth() -> tuple[float, float]:
+    """Return how much dearer rays are in a large mesh than in a small one: one by one, batched."""
+    small, large = SceneCaster(_model(_SMALL)), SceneCaster(_model(_LARGE))
+    return _one_ms(large) / _one_ms(small), _batch_ms(large) / _batch_ms(small)
 
 
-def _cost_ms(triangle_count: int) -> float:
-    caster = SceneCaster(_model(triangle_count))
+def _one_ms(caster: SceneCaster) -> float:
     _one_by_one(caster)
     return median_ms(lambda: _one_by_one(caster), repeats=7)
+
+
+def _batch_ms(caster: SceneCaster) -> float:
+    origins, directions = _rays(_BATCH)
+    _cast(caster, origins, directions)
+    return median_ms(lambda: _cast(caster, origins, directions), repeats=7)
 
 
 def _live_ms(surface: SceneCaster) -> float:

@@ -3,6 +3,7 @@ import pytest
 
 from gazemap.geometry.pose import Pose
 from gazemap.scene.cast import SceneCaster
+from gazemap.scene.ray_order import MIN_RAYS
 from gazemap.scene.surface import table_mesh, with_boxes
 from gazemap.types.scene import Miss, ObjectState, SceneModel, SceneObject, SurfaceHit
 
@@ -22,6 +23,7 @@ def caster() -> SceneCaster:
         size_m=np.array([0.04, 0.04, 0.04]),
         track=(state(-0.2, 0, 100), state(0.2, 200, None)),
         mean_bgr=np.zeros(3),
+        size_sigma_m=0.003,
     )
     background = table_mesh(np.array([[-0.6, -0.4], [0.6, 0.4]]))
     model = SceneModel(
@@ -78,3 +80,28 @@ def test_many_rays_give_what_single_rays_give(caster):
         if isinstance(one, SurfaceHit):
             reach = np.linalg.norm(one.point_world - origins[i])
             assert reach == pytest.approx(batch.reach_m[i], abs=1e-6)
+
+
+def test_rays_of_any_order_are_answered_in_their_own(caster):
+    rng = np.random.default_rng(6)
+    count = 3 * MIN_RAYS
+    origins = np.column_stack([rng.uniform(-0.5, 0.5, (count, 2)), rng.uniform(0.5, 0.9, count)])
+    directions = np.column_stack([rng.normal(0, 0.3, (count, 2)), -np.ones(count)])
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    many = caster.cast_batch(t_ns=0, origins_world=origins, directions_world=directions)
+    few = [
+        caster.cast_batch(t_ns=0, origins_world=o, directions_world=d)
+        for o, d in zip(np.array_split(origins, 6), np.array_split(directions, 6), strict=True)
+    ]
+    for name in ("reach_m", "normals_world", "object_index", "is_measured"):
+        assert np.array_equal(getattr(many, name), np.concatenate([getattr(f, name) for f in few]))
+    assert 0 < (many.object_index == 0).mean() < 0.2
+
+
+def test_a_things_side_is_as_uncertain_as_its_place_and_size(caster):
+    on_top, beside = fall(caster, 50, -0.2), fall(caster, 50, 0.0)
+    assert isinstance(on_top, SurfaceHit)
+    assert isinstance(beside, SurfaceHit)
+    # 1 mm of the centre, and half of the extent's 3 mm.
+    assert on_top.sigma_m == pytest.approx(np.hypot(0.001, 0.0015), rel=1e-6)
+    assert beside.sigma_m == pytest.approx(0.0005)
