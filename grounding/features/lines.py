@@ -13,7 +13,7 @@ from grounding.types import FloatArray
 Pixels = NDArray[np.float32]
 
 
-@njit(cache=True)
+@njit(cache=True, fastmath={"nnan", "nsz", "contract"})
 def line_distances(pixels: Pixels, lines: FloatArray) -> Pixels:
     """Return the distance of each pixel to the nearest of some stretches of lines.
 
@@ -26,22 +26,18 @@ def line_distances(pixels: Pixels, lines: FloatArray) -> Pixels:
     Returns:
         (N,) the least distance over all lines; infinite without a line.
     """
-    nearest = np.empty(len(pixels), np.float32)
-    norms = lines[:, 0] ** 2 + lines[:, 1] ** 2 + lines[:, 2] ** 2
-    per_norm, per_unit = 1 / norms, 1 / lines[:, 6] ** 2
-    for i in range(len(pixels)):
-        blue, green, red = pixels[i, 0], pixels[i, 1], pixels[i, 2]
-        best = np.inf
-        for k in range(len(lines)):
-            along = blue * lines[k, 0] + green * lines[k, 1] + red * lines[k, 2]
-            factor = min(max(along * per_norm[k], lines[k, 3]), lines[k, 4])
-            across = blue - factor * lines[k, 0]
-            squared = across * across
-            across = green - factor * lines[k, 1]
-            squared += across * across
-            across = red - factor * lines[k, 2]
-            squared += across * across
-            faded = lines[k, 5] * (1 - factor)
-            best = min(best, (squared + faded * faded * norms[k]) * per_unit[k])
-        nearest[i] = np.sqrt(best)
-    return nearest
+    squares = np.full(len(pixels), np.inf, np.float32)
+    for k in range(len(lines)):
+        line = lines[k].astype(np.float32)
+        blue, green, red, darkest, brightest, stray, unit = line
+        norm = blue * blue + green * green + red * red
+        per_norm, per_unit, faint = 1 / norm, 1 / (unit * unit), stray * stray * norm
+        for i in range(len(pixels)):
+            b, g, r = pixels[i, 0], pixels[i, 1], pixels[i, 2]
+            along = (b * blue + g * green + r * red) * per_norm
+            factor = min(max(along, darkest), brightest)
+            b, g, r = b - factor * blue, g - factor * green, r - factor * red
+            faded = np.float32(1) - factor
+            square = (b * b + g * g + r * r + faded * faded * faint) * per_unit
+            squares[i] = min(squares[i], square)
+    return np.sqrt(squares)

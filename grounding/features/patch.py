@@ -45,15 +45,16 @@ class MaskedPatch:
         """
         image, mask = self._box
         inside = cv2.erode(mask, np.ones((3, 3), np.uint8)) > 0
-        pixels = image[inside if np.count_nonzero(inside) >= 9 else mask > 0]
-        pixels = pixels[:: max(1, len(pixels) // _PAINT_PIXELS)].astype(np.float32)
-        brightness = pixels.sum(axis=1)
-        half, top = np.partition(brightness, (len(pixels) // 2, -1 - len(pixels) // 50))[
-            [len(pixels) // 2, -1 - len(pixels) // 50]
-        ]
-        lit = pixels[(brightness >= half) & (brightness <= top)]
+        places = np.flatnonzero(inside if np.count_nonzero(inside) >= 9 else mask)
+        places = places[:: max(1, len(places) // _PAINT_PIXELS)]
+        pixels = image.reshape(-1, 3)[places].astype(np.float32)
+        brightness = pixels @ np.ones(3, np.float32)
+        ordered = np.sort(brightness)
+        half, top = ordered[len(pixels) // 2], ordered[-1 - len(pixels) // 50]
+        lit = np.sort(pixels[(brightness >= half) & (brightness <= top)], axis=0)
+        median = (lit[(len(lit) - 1) // 2] + lit[len(lit) // 2]) / 2
         white = np.asarray(self.white_bgr or (255.0, 255.0, 255.0))
-        colour: FloatArray = np.median(lit, axis=0) / np.maximum(white, 1.0)
+        colour: FloatArray = median / np.maximum(white, 1.0)
         return np.minimum(colour, 1.0)
 
     @cached_property
@@ -90,7 +91,7 @@ class MaskedPatch:
         return np.ravel(cv2.HuMoments(cv2.moments(self._box[1], binaryImage=True)))
 
     @cached_property
-    def _disc_image(self) -> FloatArray:
+    def _disc_image(self) -> NDArray[np.float32]:
         """(32, 32) the mask, centred on its centroid, its farthest point on the unit circle."""
         mask = self._box[1]
         moments = cv2.moments(mask, binaryImage=True)
@@ -101,7 +102,7 @@ class MaskedPatch:
             [[scale, 0, 15.5 - scale * centre[0]], [0, scale, 15.5 - scale * centre[1]]]
         )
         shrunk = cv2.warpAffine(mask * np.float32(255), affine, (32, 32), flags=cv2.INTER_LINEAR)
-        return np.asarray(shrunk, np.float64) / 255
+        return np.asarray(shrunk, np.float32) / np.float32(255)
 
     @cached_property
     def zernike(self) -> dict[tuple[int, int], float]:
@@ -112,8 +113,8 @@ class MaskedPatch:
         """
         image = self._disc_image.ravel()
         # not `@`: a product this flat wakes all of BLAS's threads for nothing
-        moments = np.abs(np.einsum("ij,j->i", _zernike_basis(), image))
-        moments /= max(float(image.sum()), 1e-9)
+        even, odd = np.einsum("kij,j->ki", _zernike_basis(), image)
+        moments = np.hypot(even, odd) / max(float(image.sum()), 1e-9)
         return dict(zip(ZERNIKE_ORDERS, moments.tolist(), strict=True))
 
     @cached_property
@@ -143,16 +144,18 @@ class MaskedPatch:
 
 
 @cache
-def _zernike_basis() -> NDArray[np.complex128]:
-    """Return the conjugate basis functions, times n + 1, over a grid (orders, 32 * 32)."""
+def _zernike_basis() -> NDArray[np.float32]:
+    """Return real and imaginary parts of the basis, times n + 1, on a grid (2, orders, 32 * 32)."""
     axis = (np.arange(32) - 15.5) / 15.5
     x, y = np.meshgrid(axis, axis)
     rho, theta = np.hypot(x, y).ravel(), np.arctan2(y, x).ravel()
-    rows = [
-        np.where(rho <= 1, (n + 1) * _radial(n, m, rho) * np.exp(-1j * m * theta), 0)
-        for n, m in ZERNIKE_ORDERS
-    ]
-    return np.array(rows)
+    rows = np.array(
+        [
+            np.where(rho <= 1, (n + 1) * _radial(n, m, rho) * np.exp(-1j * m * theta), 0)
+            for n, m in ZERNIKE_ORDERS
+        ]
+    )
+    return np.array([rows.real, rows.imag], np.float32)
 
 
 def _radial(n: int, m: int, rho: FloatArray) -> FloatArray:

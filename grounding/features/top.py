@@ -112,12 +112,27 @@ def _as_top(region: ImageArray) -> ImageArray | None:
     rim = (region[0], region[-1], region[:, 0], region[:, -1])
     if sum(np.count_nonzero(side) for side in rim) > _AT_BORDER * 2 * sum(region.shape):
         return None
+    reach = max(3, int(_LEAK * area**0.5) | 1)
+    x, y, width, height = cv2.boundingRect(region)
+    box = (
+        slice(max(0, y - reach), y + height + reach),
+        slice(max(0, x - reach), x + width + reach),
+    )
+    found = _solid_core(region[box], reach)
+    if found is None:
+        return None
+    top = np.zeros(region.shape, np.uint8)
+    top[box] = found
+    return top
+
+
+def _solid_core(region: ImageArray, reach: int) -> ImageArray | None:
+    """Return a region (h, w), holes filled, without what is thinner than `reach`, if not ragged."""
     outline = _outline(region)
     if outline is None:
         return None
     filled = np.zeros(region.shape, np.uint8)
     cv2.drawContours(filled, [outline], -1, 1, cv2.FILLED)
-    reach = max(3, int(_LEAK * area**0.5) | 1)
     brush = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (reach, reach))
     core = cv2.morphologyEx(filled, cv2.MORPH_OPEN, brush)
     filled &= np.asarray(cv2.dilate(core, np.ones((3, 3), np.uint8)))

@@ -7,6 +7,8 @@ continued by an exponential tail (Pickands 1975, shape 0), which is at least as 
 of the next patch, taken under another light, would have it: the known patches may all be of one.
 """
 
+import math
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -44,23 +46,37 @@ def with_one_more(known: FloatArray, distance: float, turn: int) -> FloatArray:
     return np.delete(grown, int(turn * _GOLDEN % 1 * len(grown)))
 
 
-def p_values(distances: FloatArray, known: FloatArray, *, dimension: int) -> FloatArray:
-    """Return the share of known things that lie farther.
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Calibration:
+    """From distances to p-values.
 
-    Args:
-        distances: (N,) of the patches in question.
-        known: (M,) sorted, M > 0.
-        dimension: the number of features that distances are over.
-
-    Returns:
-        (N,) p-values in (0, 1].
+    Attributes:
+        known: (M,) sorted distances of known patches.
+        share: of the known that lie in the tail.
+        start: the distance where the tail begins.
+        decay: the distance over which the tail falls to 1 / e.
     """
-    share = min(0.5, max(_TAIL, _HANDFUL / len(known)))
-    start = float(np.quantile(known, 1 - share))
-    beyond = known[known > start] - start
-    excess = float(np.median(beyond)) / np.log(2) if len(beyond) else 0.0
-    modelled = float(np.sqrt(chi2.isf(_MODELLED, dimension))) - start
-    decay = max(_MIN_DECAY * start, excess, modelled / np.log(share / _RARE))
-    ranks = (1 + len(known) - np.searchsorted(known, distances)) / (1 + len(known))
-    tail = share * np.exp(-np.maximum(distances - start, 0) / decay)
-    return np.where(distances > start, tail, np.maximum(ranks, share))
+
+    known: FloatArray
+    share: float
+    start: float
+    decay: float
+
+    @staticmethod
+    def of(known: FloatArray, *, dimension: int) -> "Calibration":
+        """Return the calibration by sorted distances (M,), M > 0, over so many features."""
+        share = min(0.5, max(_TAIL, _HANDFUL / len(known)))
+        start = float(np.quantile(known, 1 - share))
+        beyond = known[known > start] - start
+        excess = float(np.median(beyond)) / np.log(2) if len(beyond) else 0.0
+        modelled = float(np.sqrt(chi2.isf(_MODELLED, dimension))) - start
+        decay = max(_MIN_DECAY * start, excess, modelled / np.log(share / _RARE))
+        return Calibration(known=known, share=share, start=start, decay=decay)
+
+    def p_value(self, distance: float) -> float:
+        """Return the share of known things, in (0, 1], that lie farther."""
+        if distance > self.start:
+            return self.share * math.exp(-(distance - self.start) / self.decay)
+        count = len(self.known)
+        farther = count - int(np.searchsorted(self.known, distance))
+        return max((1 + farther) / (1 + count), self.share)

@@ -1,13 +1,14 @@
 """Say which words a patch bears, one for each concept group, or that it is unknown."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 
-from grounding.features.registry import PatchFeatures, features_named
-from grounding.symbols.calibration import p_values
+from grounding.features.registry import PatchFeatures
+from grounding.symbols.calibration import Calibration
 from grounding.symbols.density import GroupDensity, LightSlope, density, predictive
 from grounding.symbols.model import Group, SymbolModel
 from grounding.symbols.records import Classification, Mode
@@ -36,6 +37,13 @@ class Classifier:
         self._model = model
         known = (know_group(model, group) for group in model.groups)
         self._groups = [each for each in known if each is not None]
+        self._calibrations = {
+            each.group.name: Calibration.of(
+                each.group.distances, dimension=len(each.group.features)
+            )
+            for each in self._groups
+            if len(each.group.distances)
+        }
 
     def classify(self, features: PatchFeatures) -> list[Classification]:
         """Return each group's word for a patch, compounds only where their head is known."""
@@ -55,7 +63,8 @@ class Classifier:
             limit = self._model.config.paper.density_sigmas
             score, believed = float(np.exp(logs[best])), squared <= limit**2 * len(sample)
         else:
-            score = p_value(known.group, squared)
+            calibration = self._calibrations.get(known.group.name)
+            score = calibration.p_value(math.sqrt(squared)) if calibration else 0.0
             believed = score >= self._model.config.robust.unknown_rate and _is_told(logs, sample)
         return Classification(
             group=known.group.name,
@@ -89,7 +98,7 @@ def know_group(model: SymbolModel, group: Group) -> KnownGroup | None:
     columns = model.columns(group.features)
     moments = [model.words[word].moments for word in words]
     if model.config.mode is Mode.ROBUST:
-        light = LightSlope.of(features_named(model.features), model.offset, model.unit)
+        light = LightSlope.of(model.features, model.offset, model.unit)
         weight = model.config.robust.covariance_weight
         words_density = predictive(moments, columns, weight, light)
     else:
@@ -100,14 +109,6 @@ def know_group(model: SymbolModel, group: Group) -> KnownGroup | None:
             np.full(len(moments), np.inf),
         )
     return KnownGroup(group=group, words=words, columns=columns, density=words_density)
-
-
-def p_value(group: Group, squared_distance: float) -> float:
-    """Return the share of known things that lie farther from their word."""
-    if not len(group.distances):
-        return 0.0
-    distance = np.sqrt([squared_distance])
-    return float(p_values(distance, group.distances, dimension=len(group.features))[0])
 
 
 def unexplained_groups(found: Sequence[Classification]) -> tuple[str, ...]:

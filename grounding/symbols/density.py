@@ -2,13 +2,14 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Final
 
 import numpy as np
 from scipy.linalg.lapack import dtrtri
 from scipy.special import gammaln
 
-from grounding.features.registry import Feature
+from grounding.features.registry import features_named
 from grounding.symbols.model import Moments
 from grounding.types import FloatArray
 
@@ -95,17 +96,22 @@ class LightSlope:
     base: FloatArray
 
     @staticmethod
-    def of(features: Sequence[Feature], offset: FloatArray, unit: FloatArray) -> "LightSlope":
-        """Return the slope of features that are scaled by offset and unit (D,)."""
-        return LightSlope(
-            gain=np.array([feature.light_gain for feature in features]),
-            base=(offset + np.array([feature.light_base for feature in features])) / unit,
-        )
+    def of(names: tuple[str, ...], offset: FloatArray, unit: FloatArray) -> "LightSlope":
+        """Return the slope of named features that are scaled by offset and unit (D,)."""
+        gain, base = _light_of(names)
+        return LightSlope(gain=gain, base=(offset + base) / unit)
 
     def spread(self, mean: FloatArray, columns: Sequence[int]) -> FloatArray:
         """Return the covariance (d, d) that another light's brightness adds at a mean (D,)."""
         slope = (_LIGHT_SIGMA * self.gain * (mean + self.base))[columns]
         return np.outer(slope, slope)
+
+
+@cache
+def _light_of(names: tuple[str, ...]) -> tuple[FloatArray, FloatArray]:
+    features = features_named(names)
+    gain = np.array([feature.light_gain for feature in features])
+    return gain, np.array([feature.light_base for feature in features])
 
 
 def predictive(

@@ -128,7 +128,7 @@ def _evidence(
         columns=columns,
         anything=anything,
         light=LightSlope.of(
-            corpus.features,
+            tuple(feature.name for feature in corpus.features),
             np.zeros(len(corpus.features)),
             np.array([feature.resolution for feature in corpus.features]),
         ),

@@ -6,11 +6,10 @@ after a million patches as after ten, and a new patch is one addition.
 """
 
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from grounding.features.registry import FEATURES, Family, PatchFeatures
 from grounding.symbols.records import PatchDecision, SymbolConfig
@@ -208,22 +207,18 @@ class SymbolModel:
 
     def columns(self, names: tuple[str, ...]) -> list[int]:
         """Return the places of features in the moments."""
-        return [self.features.index(name) for name in names]
+        return list(_places(names, self.features))
 
     def scale(self, features: PatchFeatures) -> FloatArray:
         """Return a patch's features (D,) as moments hold them; NaN where one is missing."""
-        places = self._places(features.names)
+        places = np.array(_places(self.features, features.names), np.intp)
         values = np.where(places >= 0, features.values[places], np.nan)
         scaled: FloatArray = (values - self.offset) / self.unit
         return scaled
 
-    def _places(self, names: tuple[str, ...]) -> NDArray[np.intp]:
-        """Return where each feature (D,) stands among names; -1 for one that is not there."""
-        if names not in self._known_places:
-            order = {name: place for place, name in enumerate(names)}
-            self._known_places[names] = np.array([order.get(name, -1) for name in self.features])
-        return self._known_places[names]
 
-    @cached_property
-    def _known_places(self) -> dict[tuple[str, ...], NDArray[np.intp]]:
-        return {}
+@cache
+def _places(names: tuple[str, ...], among: tuple[str, ...]) -> tuple[int, ...]:
+    """Return where each name stands among others; -1 for one that is not there."""
+    order = {name: place for place, name in enumerate(among)}
+    return tuple(order.get(name, -1) for name in names)

@@ -162,14 +162,16 @@ def _learn(
         right=1.0 if trusted else _right(log_odds * temper, config.wrong_rate),
         moments=replace(own, effective=own.weight * temper),
     )
-    grown = _with_word(without, word, after.moments.scaled(after.right))
-    grown = _counted(
-        _with_example(grown, word, sample, kept=after.right > _BELIEVED), before, after
-    )
-    if after.right > _BELIEVED and weighed.typical > _BELIEVED and weighed.squared is not None:
-        grown = _calibrated(grown, group, float(np.sqrt(weighed.squared)))
+    is_believed = after.right > _BELIEVED
+    told = _told(without.words[word], before, after, sample)
+    if is_believed and weighed.typical > _BELIEVED and weighed.squared is not None:
+        model = _calibrated(model, group, float(np.sqrt(weighed.squared)))
     others = tuple(s for s in model.open_segments if s not in segments)
-    return replace(grown, open_segments=(*others, after)[-_MAX_OPEN:])
+    return replace(
+        model,
+        words={**model.words, word: told},
+        open_segments=(*others, after)[-_MAX_OPEN:],
+    )
 
 
 def _opened(segment: str, word: str, dimension: int) -> OpenSegment:
@@ -215,23 +217,21 @@ def _with_word(model: SymbolModel, word: str, moments: Moments) -> SymbolModel:
     )
 
 
-def _with_example(model: SymbolModel, word: str, sample: FloatArray, *, kept: bool) -> SymbolModel:
-    """Return the model with a patch to show in pictures; the oldest ones leave."""
-    known = model.words[word]
-    shown = (known.examples if kept else known.strays).reshape(-1, len(sample))
-    shown = np.vstack([shown, sample])[-MAX_EXAMPLES:]
-    told = replace(known, examples=shown) if kept else replace(known, strays=shown)
-    return replace(model, words={**model.words, word: told})
+def _told(word: Word, before: OpenSegment, after: OpenSegment, sample: FloatArray) -> Word:
+    """Return a word, from which a segment was taken, with the segment after one more patch.
 
-
-def _counted(model: SymbolModel, before: OpenSegment, after: OpenSegment) -> SymbolModel:
-    """Return the model with a segment's patches counted as kept or dropped."""
-    known = model.words[after.word]
+    The patch is among those to show in pictures, from which the oldest leave.
+    """
     was, now = before.right > _BELIEVED, after.right > _BELIEVED
-    kept = known.kept - before.patches * was + after.patches * now
-    dropped = known.dropped - before.patches * (not was) + after.patches * (not now)
-    word = replace(known, kept=max(0, kept), dropped=max(0, dropped))
-    return replace(model, words={**model.words, after.word: word})
+    shown = (word.examples if now else word.strays).reshape(-1, len(sample))
+    shown = np.vstack([shown, sample])[-MAX_EXAMPLES:]
+    return Word(
+        moments=word.moments.plus(after.moments.scaled(after.right)),
+        kept=max(0, word.kept - before.patches * was + after.patches * now),
+        dropped=max(0, word.dropped - before.patches * (not was) + after.patches * (not now)),
+        examples=shown if now else word.examples,
+        strays=word.strays if now else shown,
+    )
 
 
 def _calibrated(model: SymbolModel, group: Group, distance: float) -> SymbolModel:
