@@ -37,6 +37,8 @@ def read_patch(path: Path) -> PatchImage:
     Raises:
         InputError: if there is no such file, it is no whole image, or far too large for a patch.
     """
+    if path.exists() and not (path.is_file() or path.is_dir()):
+        raise InputError("no file, a pipe or a device", where=path, todo="give a PNG or JPEG")
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error")

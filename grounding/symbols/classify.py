@@ -111,6 +111,15 @@ def know_group(model: SymbolModel, group: Group) -> KnownGroup | None:
     return KnownGroup(group=group, words=words, columns=columns, density=words_density)
 
 
-def unexplained_groups(found: Sequence[Classification]) -> tuple[str, ...]:
-    """Return the groups none of whose words explains a patch."""
-    return tuple(each.group for each in found if not each.known)
+def unexplained_groups(model: SymbolModel, found: Sequence[Classification]) -> tuple[str, ...]:
+    """Return the groups none of whose words explains a patch.
+
+    A sure group whose best word would explain it, but that is not told from the others because a
+    feature is missing (a size, without a metric scale), is not among them.
+    """
+    rate = model.config.robust.unknown_rate if model.config.mode is Mode.ROBUST else np.inf
+    return tuple(
+        each.group
+        for each in found
+        if not each.known and not (each.score >= rate and model.group_named(each.group).is_sure)
+    )

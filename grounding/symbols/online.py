@@ -47,7 +47,8 @@ def update(model: SymbolModel, patch: LabelledPatch, *, trusted: bool = False) -
 
     Args:
         model: in `robust` mode.
-        patch: with its words; one without an object only counts as dropped.
+        patch: with its words; one without an object only counts as dropped, and so it does for a
+            word that describes a feature which could not be measured.
         trusted: the label is known to be right, as when a person shows a thing.
 
     Raises:
@@ -59,13 +60,19 @@ def update(model: SymbolModel, patch: LabelledPatch, *, trusted: bool = False) -
         )
     words = expanded(patch.symbols)
     sample = model.scale(patch.features) if isinstance(patch.features, PatchFeatures) else None
-    if sample is None or not np.isfinite(sample).all():
+    if sample is None:
         return _dropped(model, words)
     for word in words:
         if word not in model.words:
             model = with_new_word(model, word, _place_for(model, word, patch))
-        model = _learn(model, word, sample, patch, trusted=trusted)
-    return replace(model, anything=model.anything.plus(Moments.single(sample, patch.weight)))
+        whole = _completed(model, word, sample)
+        model = (
+            _dropped(model, (word,))
+            if whole is None
+            else _learn(model, word, whole, patch, trusted=trusted)
+        )
+    whole = np.where(np.isfinite(sample), sample, model.anything.mean)
+    return replace(model, anything=model.anything.plus(Moments.single(whole, patch.weight)))
 
 
 def with_new_word(model: SymbolModel, word: str, group: str) -> SymbolModel:
@@ -127,6 +134,22 @@ def forget(model: SymbolModel, word: str) -> SymbolModel:
             for person, lexicon in model.lexicons.items()
         },
     )
+
+
+def _completed(model: SymbolModel, word: str, sample: FloatArray) -> FloatArray | None:
+    """Return a sample (D,) whose missing features are as expected of a word, or None.
+
+    Without a metric scale sizes are missing: that is no matter to a colour, but to a shape it is.
+    """
+    missing = ~np.isfinite(sample)
+    if not missing.any():
+        return sample
+    group = model.group_of(word)
+    if group is None or missing[model.columns(group.features)].any():
+        return None
+    known = model.words[word].moments
+    expected = known if known.weight > 0 else model.anything
+    return np.where(missing, expected.mean, sample)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -255,7 +278,7 @@ def _place_for(model: SymbolModel, word: str, patch: LabelledPatch) -> str:
     named = {each.name for each in model.groups if set(each.words) & set(patch.symbols)}
     missing = [
         name
-        for name in unexplained_groups(Classifier(model).classify(patch.features))
+        for name in unexplained_groups(model, Classifier(model).classify(patch.features))
         if name not in named and not model.group_named(name).kind_of
     ]
     return missing[0] if len(missing) == 1 else NEW_GROUP

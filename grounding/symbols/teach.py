@@ -54,7 +54,7 @@ class WhichGroup:
 def questions(model: SymbolModel, found: Sequence[Classification]) -> tuple[Question, ...]:
     """Return what to ask about a patch: one question for each sure group that is at a loss."""
     asked = []
-    for name in unexplained_groups(found):
+    for name in unexplained_groups(model, found):
         group = model.group_named(name)
         if not group.is_sure or group.kind_of or len(group.words) < 2:
             continue
@@ -76,7 +76,7 @@ def teach(
             the group that does not explain most of the examples.
 
     Raises:
-        InputError: if there is no such group, or no example.
+        InputError: if there is no such group, no example, or none with the group's features.
     """
     if not examples:
         raise InputError("no example shows a thing", where=word, todo="give a patch with a thing")
@@ -89,6 +89,7 @@ def teach(
         if len(places) != 1:
             return WhichGroup(groups=places or (*names, NEW_GROUP))
         model = with_new_word(model, word, places[0])
+    kept_before = model.words[word].kept
     for number, features in enumerate(examples):
         patch = LabelledPatch(
             features=features,
@@ -97,7 +98,12 @@ def teach(
         )
         model = update(model, patch, trusted=True)
     holding = model.group_of(word)
-    return Taught(model=model, group=holding.name if holding else word)
+    place = holding.name if holding else word
+    if model.words[word].kept == kept_before:
+        raise InputError(
+            f"the examples lack features of {place!r}", where=word, todo="give their mm_per_px"
+        )
+    return Taught(model=model, group=place)
 
 
 def _places(model: SymbolModel, examples: Sequence[PatchFeatures]) -> tuple[str, ...]:

@@ -39,6 +39,7 @@ def teach(ctx: click.Context, /, model: Path, word: str | None, **_: object) -> 
     if options["undo"]:
         print_groups(undo(model))
         return
+    word = "-".join(word.lower().split()) if word else None
     known = read_model(model)
     if options["merge"]:
         from grounding.symbols.lexicon import merged

@@ -1,3 +1,4 @@
+import os
 from pathlib import Path
 
 import numpy as np
@@ -82,3 +83,9 @@ def test_a_file_that_is_not_there_is_named(tmp_path: Path):
 def test_a_folder_is_no_image(tmp_path: Path):
     with pytest.raises(InputError, match="a folder"):
         read_patch(tmp_path)
+
+
+def test_a_pipe_is_refused_and_not_waited_for(tmp_path: Path):
+    os.mkfifo(tmp_path / "pipe.png")
+    with pytest.raises(InputError, match="a pipe"):
+        read_patch(tmp_path / "pipe.png")

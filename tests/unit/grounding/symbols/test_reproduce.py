@@ -1,11 +1,15 @@
+from collections import Counter
+from itertools import product
+
 import numpy as np
 import pytest
 
 from grounding.symbols.learn import fit_symbols
 from grounding.symbols.records import Mode, SymbolConfig
 from grounding.symbols.reproduce import (
+    COLOUR_WORDS,
     PUBLISHED,
-    RIGHT_LABELS,
+    SHAPE_WORDS,
     Table,
     confusion,
     objects_to_classify,
@@ -35,6 +39,17 @@ def test_a_confusion_table_counts_known_and_unknown():
     )
 
 
+def test_things_take_turns_and_a_quarter_of_the_segments_is_wrong():
+    # a quarter by chance had cells wrong in one set and none in another: the figures followed
+    segments = {
+        each.segment: each for each in training_patches(np.random.default_rng(1), count=590)
+    }
+    said = Counter(each.symbols for each in segments.values())
+    assert 28 <= len(segments) <= 50
+    assert set(said) == set(product(COLOUR_WORDS, SHAPE_WORDS))
+    assert max(said.values()) - min(said.values()) <= 4
+
+
 def test_robust_mode_reaches_its_bars_with_fewer_patches():
     rng = np.random.default_rng(5)
     training = list(training_patches(rng, count=400))
@@ -48,7 +63,6 @@ def test_the_paper_is_reproduced():
     rng = np.random.default_rng(0)
     training = list(training_patches(rng))
     objects = objects_to_classify(rng)
-    assert 0.6 < RIGHT_LABELS < 0.9
     paper = confusion(fit_symbols(training, SymbolConfig(mode=Mode.PAPER)), objects)
     assert 0.88 <= right_share(paper["colour"]) <= 0.98
     assert 0.45 <= right_share(paper["shape"]) <= 0.75

@@ -2,10 +2,10 @@ import numpy as np
 import pytest
 
 from grounding.errors import InputError
-from grounding.features.registry import PatchFeatures
+from grounding.features.registry import PatchFeatures, extract_features
 from grounding.symbols.classify import Classifier, classify
 from grounding.symbols.model import SymbolModel
-from grounding.symbols.simulated import Scene, Shape, Thing
+from grounding.symbols.simulated import Scene, Shape, Thing, draw_patch
 from grounding.symbols.teach import Taught, WhichGroup, questions, teach
 from tests.patches import features_of, share_right
 
@@ -74,3 +74,31 @@ def test_teaching_nothing_is_refused(model: SymbolModel):
         teach(model, "green", [])
     with pytest.raises(InputError, match="no group 'taste'"):
         teach(model, "green", seen("green", Shape.CUBE, 1, 1), group="taste")
+
+
+def without_scale(colour: str, count: int) -> list[PatchFeatures]:
+    rng = np.random.default_rng(9)
+    images = [
+        draw_patch(Thing(colour=colour, shape=Shape.CUBE), Scene(), rng) for _ in range(count)
+    ]
+    found = [extract_features(image) for image in images]
+    return [each for each in found if isinstance(each, PatchFeatures)]
+
+
+def test_a_colour_is_taught_without_a_metric_scale(model: SymbolModel):
+    # such examples counted as dropped, and nothing was learnt, nor said about it
+    taught = teach(model, "green", without_scale("green", 3))
+    assert isinstance(taught, Taught)
+    assert (taught.group, taught.model.words["green"].kept) == ("colour", 3)
+    found = classify(taught.model, seen("green", Shape.BLOCK, 1, 10)[0])
+    assert "green" in {each.symbol for each in found if each.known}
+
+
+def test_a_shape_is_not_asked_for_where_only_the_scale_is_missing(model: SymbolModel):
+    asked = questions(model, classify(model, without_scale("green", 1)[0]))
+    assert [question.group for question in asked] == ["colour"]
+
+
+def test_a_shape_is_not_taught_without_a_metric_scale(model: SymbolModel):
+    with pytest.raises(InputError, match="mm_per_px"):
+        teach(model, "brick", without_scale("red", 3), group="shape")
