@@ -89,6 +89,11 @@ def test_a_target_that_looks_like_another_word_is_not_sure() -> None:
     assert plan[-1].question == "Is this one 'yellow'? It looks like 'blue' to me."
 
 
+def test_a_word_that_other_things_do_not_look_like_either_contradicts_nothing() -> None:
+    shown = [*COLOURS[:-4], "blue", *COLOURS[-3:-1], "blue"]  # two of three yellow ones
+    assert {each.status for each in heeded(COLOURS, shown)} == {Status.GROUNDED}
+
+
 def test_a_word_that_nobody_has_shown_becomes_a_question() -> None:
     patches = [p for i, c in enumerate(COLOURS) for p in pictures(i, said=c, shown=c)]
     plan = GroundedPlan(
