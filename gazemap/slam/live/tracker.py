@@ -41,8 +41,8 @@ from gazemap.types.tracking import Lost, LostReason, Scale, Tracked, TrackingOut
 # With so few of the points that a keyframe should show, the view has changed much.
 _THIN_SHARE = 0.4
 _THIN_GAP_FRAMES = 10
-# For so long after a loss the last frame is still near enough to follow points from.
-_FLOW_SPAN_NS = 500_000_000
+# For so long after a loss the last frame may be near enough to follow points from.
+_FLOW_SPAN_NS = 2_000_000_000
 # A map of so few keyframes that is lost was hardly good: another start is worth more than waiting.
 _YOUNG_KEYFRAMES = 8
 _YOUNG_PATIENCE_NS = 300_000_000
