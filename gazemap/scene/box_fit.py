@@ -105,10 +105,9 @@ _GROUND_PLAN = np.array([0, 1, 3, 4, 5])
 _STEPS = np.array([0.004, 0.004, 0.15, 0.006, 0.006, 0.006])
 
 
-def fit_box(division: ColourDivision, starts: list[Box], config: BoxFitConfig) -> BoxFit:
-    """Return the box that divides the cut-outs best; each start keeps the level it stands on."""
-    fits = [_Search(division, start, config, _ALL).run() for start in starts]
-    return max(fits, key=lambda fit: fit.log_likelihood)
+def fit_boxes(division: ColourDivision, starts: list[Box], config: BoxFitConfig) -> list[BoxFit]:
+    """Return the box that divides the cut-outs best near each start; its level stays."""
+    return [_Search(division, start, config, _ALL).run() for start in starts]
 
 
 def fit_flat(division: ColourDivision, start: Box, config: BoxFitConfig) -> BoxFit:
@@ -137,8 +136,9 @@ class _Search:
         inside: ColourModel | None = None,
     ) -> None:
         self._division, self._config, self._inside = division, config, inside
-        side, most = config.min_side_m / 2, config.max_side_m
-        self._limits = np.array([[side, side, _LEAST_HEIGHT_M], [most, most, most]])
+        side, most = config.min_side_m / 2, config.max_plan_m
+        least = [side, side, _LEAST_HEIGHT_M]
+        self._limits = np.array([least, [most, most, config.max_side_m]])
         self._free, self._base, self._shape = free, start.base_m, start.shape
         self._sums = np.zeros((1, 1, 2))
 

@@ -35,23 +35,36 @@ class ColourModel:
     log_density: dict[bool, FloatArray]
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Neighbour:
+    """Another thing that stands in sight.
+
+    Attributes:
+        shape: (7,) its box, as `silhouette` takes it.
+        is_alike: whether its colours are about those of what the cut-outs look at.
+    """
+
+    shape: FloatArray
+    is_alike: bool
+
+
 class ColourDivision:
     """Cut-outs of one thing, each pixel sorted into a bin of colours."""
 
-    def __init__(self, crops: list[Crop], *, hidden_by: tuple[FloatArray, ...] = ()) -> None:
+    def __init__(self, crops: list[Crop], *, neighbours: tuple[Neighbour, ...] = ()) -> None:
         """Sort the pixels of at least one cut-out; all are of one size.
 
         Args:
             crops: the cut-outs.
-            hidden_by: shapes of things that are known to stand there; where one stands in front
-                of what a cut-out looks at, its pixels say nothing.
+            neighbours: other things; where one stands in front of what a cut-out looks at, its
+                pixels say nothing, and neither do those of one that looks the same.
         """
         self.crops = crops
         self.size_px = crops[0].image.shape[0]
         self.projections = np.stack([c.projection for c in crops])
         self._bins = np.stack([_colour_bins(c.image) for c in crops])
         self._shaded = np.stack([_shaded_bins(c.image) for c in crops])
-        self._valid = np.stack([c.valid & ~_hidden(c, hidden_by) for c in crops])
+        self._valid = np.stack([c.valid & ~_hidden(c, neighbours) for c in crops])
         kinds = np.array([c.is_overhead for c in crops])
         self._views = {bool(k): np.flatnonzero(kinds == k) for k in np.unique(kinds)}
 
@@ -108,13 +121,14 @@ class ColourDivision:
         )
 
 
-def _hidden(crop: Crop, shapes: tuple[FloatArray, ...]) -> BoolArray:
-    """Return the pixels (n, n) of a cut-out that show things nearer than what it looks at."""
+def _hidden(crop: Crop, neighbours: tuple[Neighbour, ...]) -> BoolArray:
+    """Return the pixels (n, n) of a cut-out that say nothing, for a neighbour is seen there."""
     size_px = crop.image.shape[0]
     hidden = np.zeros((size_px, size_px), dtype=np.uint8)
-    for shape in shapes:
-        if crop.projection[2] @ np.append(shape[:3], 1.0) < crop.distance_m:
-            hidden |= mask_inside(shape, crop.projection, size_px).astype(np.uint8)
+    for each in neighbours:
+        is_nearer = crop.projection[2] @ np.append(each.shape[:3], 1.0) < crop.distance_m
+        if is_nearer or each.is_alike:
+            hidden |= mask_inside(each.shape, crop.projection, size_px).astype(np.uint8)
     return np.asarray(cv2.dilate(hidden, np.ones((3, 3), np.uint8)).astype(bool))
 
 

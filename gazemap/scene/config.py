@@ -55,6 +55,7 @@ class BoxFitConfig:
         min_height_m: anything lower is a mark on the table.
         min_side_m: anything narrower is no object.
         max_side_m: anything longer is no object.
+        max_plan_m: nor is anything that is longer on the table.
         max_slenderness: anything higher than so many times its thinner side would topple: it is
             held, an arm for example.
         min_clarity: mean log-odds of a thing's colours against its surroundings, in each view.
@@ -73,6 +74,7 @@ class BoxFitConfig:
     min_height_m: float = 0.007
     min_side_m: float = 0.008
     max_side_m: float = 0.30
+    max_plan_m: float = 0.30
     max_slenderness: float = 8.0
     min_clarity: float = 1.2
     min_gain: float = 0.09

@@ -117,11 +117,9 @@ class LiveObjects:
         candidates = [known] if known and was_carried else self._away(resting)
         below = self._below(resting)
         bases = [r.fit.box.top_m for r in below if r.fit]
-        resting.hidden_by = tuple(
-            r.fit.box.shape
-            for r in self._resting.values()
-            if r.object_id and r.fit and r.site.left_ns is None and r not in (resting, *below)
-        )
+        others = [r for r in self._resting.values() if r.site.left_ns is None]
+        seen = [r.neighbour_of(resting) for r in others if r not in (resting, *below)]
+        resting.neighbours = tuple(each for each in seen if each is not None)
         object_id = resting.place([self._known(c) for c in candidates], [0.0, *bases])
         if not object_id and not was_carried and resting.measure():
             if self._is_there_already(resting):

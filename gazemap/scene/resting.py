@@ -1,12 +1,12 @@
 """One resting place under examination: its views, and the box that they show."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from gazemap.geometry.arrays import FloatArray, IntArray
-from gazemap.scene.box_fit import Box, BoxFit, fit_box, fit_flat, fit_place
-from gazemap.scene.colours import ColourDivision, ColourModel
+from gazemap.scene.box_fit import Box, BoxFit, fit_boxes, fit_flat, fit_place
+from gazemap.scene.colours import ColourDivision, ColourModel, Neighbour
 from gazemap.scene.config import BoxFitConfig
 from gazemap.scene.crops import Crop, PosedCamera, cut_out
 from gazemap.scene.foreground import TableView
@@ -20,6 +20,14 @@ _PLACE_YAWS = np.arange(6) * np.pi / 6
 _FLAT_M = 0.004
 _DOUBTFUL = 2.0
 _SHARED_ROOM = 0.15
+_LARGER = 1.3
+_AT_LIMIT = 0.97
+_USUAL_HEIGHT_M = 0.035
+_SAME_PATCH = 0.1
+_SPECK_M2 = 5e-4
+_SPECK_CLEARER = 1.4
+_LIGHT_COUNTS_LESS = np.array([0.5, 1.0, 1.0])  # of 8-bit CIELAB: sides are darker than tops
+_ALIKE = 25.0
 _KNOWN_CLARITY = 0.6  # another heading shows other sides: a known thing may be less clear
 
 
@@ -42,7 +50,7 @@ class Resting:
         colours: the thing's colours, once there is a box.
         is_flat: whether it is known to be a mark on the table.
         centre_world: (3,) the point that the cut-outs look at.
-        hidden_by: shapes of other things, which may stand before it.
+        neighbours: other things, which may stand before it or look the same.
     """
 
     def __init__(self, site: Site, table: TableView, config: BoxFitConfig) -> None:
@@ -56,8 +64,8 @@ class Resting:
         self.centre_world = np.array([*plan.centre_xy, _LOOK_M])
         self._span_m = float(plan.sides_m.max()) + _ROOM_M
         self._crops: list[Crop] = []
-        self.hidden_by: tuple[FloatArray, ...] = ()
-        self._measured: tuple[int, int] | None = None
+        self.neighbours: tuple[Neighbour, ...] = ()
+        self._measured: tuple[int, int, int] | None = None
 
     @property
     def _head_crops(self) -> list[Crop]:
@@ -99,45 +107,73 @@ class Resting:
 
         What was seen no better than the last time is not measured again.
         """
-        known = len(self._crops), len(self.hidden_by)
+        alike = sum(each.is_alike for each in self.neighbours)
+        known = len(self._crops), len(self.neighbours), alike
         if known == self._measured:
             return self.fit is not None
         self._measured = known
-        division = ColourDivision(self._crops, hidden_by=self.hidden_by)
-        starts = self._starts(self.site.fresh)
-        fit = fit_box(division, starts, self._config)
-        if self.fit is None and division.clarity(fit.box.shape) < _DOUBTFUL:
+        division = ColourDivision(self._crops, neighbours=self.neighbours)
+        fits = self._fits(division, self._starts(self.site.fresh))
+        best = max(fits, key=_likelihood)
+        if self.fit is None and division.clarity(best.box.shape) < _DOUBTFUL:
             # A mark or shadow beside a thing is one patch with it: start from its parts as well.
             starts = [s for part in self._parts() for s in self._starts(part)]
-            fits = [fit, *(fit_box(division, [s], self._config) for s in starts)]
-            fit = max(fits, key=lambda f: f.log_likelihood)
-        return self._accept(division, fit)
+            fits += self._fits(division, starts)
+        return self._accept(division, max(fits, key=_likelihood))
+
+    def _fits(self, division: ColourDivision, starts: list[Box]) -> list[BoxFit]:
+        """Return the boxes near some starts, none longer than the patch in the view from above."""
+        return fit_boxes(division, starts, self._limits)
+
+    @property
+    def _limits(self) -> BoxFitConfig:
+        longest_m = _LARGER * float(self._table.rectangle(self.site.fresh).sides_m.max())
+        return replace(self._config, max_plan_m=min(longest_m, self._config.max_side_m))
 
     def _accept(self, division: ColourDivision, fit: BoxFit) -> bool:
-        box, config = fit.box, self._config
-        is_clear = division.clarity(box.shape) >= config.min_clarity
+        box = fit.box
+        is_clear = division.clarity(box.shape) >= self._least_clarity
         self.is_flat = is_clear and box.size_m[2] < _FLAT_M
-        thinnest_m, height_m = float(box.size_m[:2].min()), float(box.size_m[2])
-        is_solid = height_m >= config.min_height_m and thinnest_m >= config.min_side_m
-        is_solid &= height_m <= config.max_slenderness * thinnest_m
-        if not (
-            is_clear and is_solid and self._is_here(division, box) and self._stands(division, fit)
-        ):
+        is_thing = is_clear and self._is_solid(box) and self._is_here(division, box)
+        if not (is_thing and self._stands(division, fit)):
             return False
         self.fit, self.colours = fit, division.model(box.shape)
         return True
 
+    @property
+    def _least_clarity(self) -> float:
+        """What is said early must be beyond doubt, and so must a thing no larger than a speck."""
+        least = self._config.min_clarity
+        if self._area_m2 < _SPECK_M2:
+            least *= _SPECK_CLEARER
+        is_early = len(self._head_crops) < self._config.max_views
+        return max(least, _DOUBTFUL) if is_early else least
+
+    @property
+    def _area_m2(self) -> float:
+        return len(self.site.fresh) * self._table.pixel_m**2
+
+    def _is_solid(self, box: Box) -> bool:
+        thinnest_m, height_m, config = (
+            float(box.size_m[:2].min()),
+            float(box.size_m[2]),
+            self._config,
+        )
+        is_large = height_m >= config.min_height_m and thinnest_m >= config.min_side_m
+        if box.size_m[:2].max() > _AT_LIMIT * self._limits.max_plan_m:
+            return False  # it would be larger if it might: what it divides is no thing
+        return is_large and height_m <= config.max_slenderness * thinnest_m
+
     def _stands(self, division: ColourDivision, fit: BoxFit) -> bool:
         """Whether the height explains what is seen that no mark on the table does."""
-        flat = fit_flat(division, fit.box, self._config)
+        flat = fit_flat(division, fit.box, self._limits)
         gain = fit.log_likelihood - flat.log_likelihood
         return gain > self._config.min_gain * float(division.masks(fit.box.shape).sum())
 
     def _is_here(self, division: ColourDivision, box: Box) -> bool:
         """Whether the box is about as large as the patch that gave rise to it."""
         covered = division.masks(box.shape)[0].mean() * self._span_m**2
-        area = len(self.site.fresh) * self._table.pixel_m**2
-        return bool(0.4 < area / max(covered, 1e-9) < 2.5)
+        return bool(0.4 < self._area_m2 / max(covered, 1e-9) < 2.5)
 
     def _starts(self, pixels: IntArray) -> list[Box]:
         plan = self._table.rectangle(pixels)
@@ -163,7 +199,7 @@ class Resting:
         Returns:
             Its name, or an empty string where none explains what is seen.
         """
-        division = ColourDivision(self._crops, hidden_by=self.hidden_by)
+        division = ColourDivision(self._crops, neighbours=self.neighbours)
         best: tuple[Known, BoxFit] | None = None
         for known in candidates:
             fit = fit_place(
@@ -201,6 +237,24 @@ class Resting:
         measured, known = np.sort(self.fit.box.size_m), np.sort(size_m)
         return float(np.abs(np.log(measured / known)).max())
 
+    def neighbour_of(self, other: "Resting") -> Neighbour | None:
+        """Return this place as what another's cut-outs show beside it.
+
+        While its height is unknown, it is left out of them only where it would be mistaken.
+        """
+        is_alike = self._looks_like(other)
+        if self.fit is not None and self.object_id:
+            return Neighbour(shape=self.fit.box.shape, is_alike=is_alike)
+        is_thing = not self.is_flat and self._area_m2 > _SPECK_M2
+        if not (is_alike and is_thing) or self.site.shares(other.site) > _SAME_PATCH:
+            return None
+        flat = self._starts(self.site.fresh)[0]
+        return Neighbour(shape=flat.standing_on(0.0, _USUAL_HEIGHT_M).shape, is_alike=True)
+
+    def _looks_like(self, other: "Resting") -> bool:
+        apart = self.site.colours.mean(axis=0) - other.site.colours.mean(axis=0)
+        return bool(np.linalg.norm(apart * _LIGHT_COUNTS_LESS) < _ALIKE)
+
     def stands_under(self, other: "Resting") -> bool:
         """Whether the middle of another place lies over this one's box."""
         if self.fit is None:
@@ -227,3 +281,7 @@ class Resting:
         crop = self._crops[0]
         inside = ColourDivision(self._crops[:1]).masks(self.fit.box.shape)[0] & crop.valid
         return np.asarray(crop.image[inside].mean(axis=0)) if inside.any() else np.zeros(3)
+
+
+def _likelihood(fit: BoxFit) -> float:
+    return fit.log_likelihood

@@ -61,6 +61,11 @@ class Site:
         now = lab.reshape(-1, 3)[self.region.pixels].astype(np.float64)
         return np.asarray(np.linalg.norm(now - self.colours, axis=1) < SAME_COLOUR)
 
+    def shares(self, other: "Site") -> float:
+        """Return the share of the smaller patch that lies in the other."""
+        both = len(np.intersect1d(self.region.pixels, other.region.pixels))
+        return both / min(len(self.region.pixels), len(other.region.pixels))
+
     def bare(self, stands_out: BoolArray) -> float:
         """Return the share of its pixels that look like the table."""
         return 1.0 - float(stands_out.ravel()[self.region.pixels].mean())

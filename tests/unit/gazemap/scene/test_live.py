@@ -89,6 +89,16 @@ def test_a_box_put_on_another_stands_on_its_top(rig):
     assert nearest(live, CUBE).track[0].left_ns is None
 
 
+def test_things_of_one_colour_that_stand_in_line_are_told_apart(rig):
+    behind = DrawnBox(centre=(-0.1, 0.13, 0.009), yaw_rad=0.3, size_m=CELL.size_m, bgr=CUBE.bgr)
+    live = watch(rig, [Tabletop([CUBE, behind, BLOCK], MARKS)] * 16)
+    assert len(live.objects) == 3
+    for box in (CUBE, behind):
+        thing = nearest(live, box)
+        assert np.linalg.norm(thing.track[0].T_world_body.t - box.centre) < 0.004
+        assert thing.size_m[2] == pytest.approx(box.size_m[2], abs=0.005)
+
+
 def test_an_arm_over_a_box_is_no_thing_of_its_own(rig):
     arm = DrawnBox(centre=(-0.1, 0.03, 0.1), yaw_rad=0.4, size_m=(0.18, 0.01, 0.2), bgr=(150,) * 3)
     frames = [Tabletop([CUBE, CELL], MARKS)] * 15 + [Tabletop([CUBE, CELL, arm], MARKS)] * 12
