@@ -171,8 +171,12 @@ class Resting:
         return gain > self._config.min_gain * float(division.masks(fit.box.shape).sum())
 
     def _is_here(self, division: ColourDivision, box: Box) -> bool:
-        """Whether the box is about as large as the patch that gave rise to it."""
-        covered = division.masks(box.shape)[0].mean() * self._span_m**2
+        """Whether the box covers the middle of its patch and is about as large as that."""
+        mask = division.masks(box.shape)[0]
+        middle = division.size_px // 2  # cut-outs look at the middle of the patch
+        if not mask[middle, middle]:
+            return False
+        covered = mask.mean() * self._span_m**2
         return bool(0.4 < self._area_m2 / max(covered, 1e-9) < 2.5)
 
     def _starts(self, pixels: IntArray) -> list[Box]:
@@ -205,9 +209,11 @@ class Resting:
             fit = fit_place(
                 division, self._place_starts(known, bases_m), self._config, known.colours
             )
+            if not self._is_known(division, known, fit):
+                continue
             if best is None or fit.log_likelihood > best[1].log_likelihood:
                 best = (known, fit)
-        if best is None or not self._is_known(division, *best):
+        if best is None:
             return ""
         self.fit, self.colours = best[1], best[0].colours
         return best[0].object_id
