@@ -180,7 +180,11 @@ def _table_colours(image: Image32, least: float) -> list[_TableColour]:
         seeds += _corner_colours(image)
     whole, colours = len(border), []
     for turn in range(_TABLE_COLOURS):
-        seed = max(seeds, key=lambda seed: _merit(seed, border, centre))
+        seed = (
+            seeds[0]
+            if len(seeds) == 1
+            else max(seeds, key=lambda seed: _merit(seed, border, centre))
+        )
         colour = _fit_colour(border, seed, least)
         left = _residual(border, colour) > colour.threshold
         taken = _residual(centre, colour) <= colour.threshold

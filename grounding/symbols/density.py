@@ -32,6 +32,15 @@ class GroupDensity:
     log_scale: FloatArray
     dof: FloatArray
 
+    def beside(self, other: "GroupDensity", *, dof: FloatArray) -> "GroupDensity":
+        """Return the densities of both (K + L words) with other degrees of freedom."""
+        return GroupDensity(
+            means=np.concatenate([self.means, other.means]),
+            whiteners=np.concatenate([self.whiteners, other.whiteners]),
+            log_scale=np.concatenate([self.log_scale, other.log_scale]),
+            dof=dof,
+        )
+
     def squared_distances(self, samples: FloatArray) -> FloatArray:
         """Return Mahalanobis distances (N, K), squared; features that are NaN are left out."""
         if np.isfinite(samples).all():
@@ -76,12 +85,14 @@ class GroupDensity:
 
 
 def density(
-    means: Sequence[FloatArray], covariances: Sequence[FloatArray], dof: FloatArray
+    means: Sequence[FloatArray] | FloatArray,
+    covariances: Sequence[FloatArray] | FloatArray,
+    dof: FloatArray,
 ) -> GroupDensity:
     """Return the densities of words with the given means (d,) and covariances (d, d)."""
-    lower = np.linalg.cholesky(np.array(covariances))  # (K, d, d)
+    lower = np.linalg.cholesky(np.asarray(covariances))  # (K, d, d)
     return GroupDensity(
-        means=np.array(means),
+        means=np.asarray(means),
         whiteners=np.array([dtrtri(each, lower=1)[0] for each in lower]),
         log_scale=-np.log(np.diagonal(lower, axis1=1, axis2=2)).sum(axis=1),
         dof=np.asarray(dof, float),
@@ -101,10 +112,10 @@ class LightSlope:
         gain, base = _light_of(names)
         return LightSlope(gain=gain, base=(offset + base) / unit)
 
-    def spread(self, mean: FloatArray, columns: Sequence[int]) -> FloatArray:
-        """Return the covariance (d, d) that another light's brightness adds at a mean (D,)."""
-        slope = (_LIGHT_SIGMA * self.gain * (mean + self.base))[columns]
-        return np.outer(slope, slope)
+    def spread(self, means: FloatArray, columns: Sequence[int]) -> FloatArray:
+        """Return the covariances (K, d, d) that another light adds at means (K, D)."""
+        slopes: FloatArray = (_LIGHT_SIGMA * self.gain * (means + self.base))[:, columns]
+        return slopes[:, :, None] * slopes[:, None, :]
 
 
 @cache
@@ -134,21 +145,17 @@ def predictive(
     """
     grid = np.ix_(columns, columns)
     resolution = np.eye(len(columns))
-    scatters = [each.scatter[grid] for each in moments]
-    total = sum(each.weight for each in moments)
-    common = (weight * resolution + np.sum(scatters, axis=0)) / (weight + total)
-    covariances = [
-        ((weight * common + scatter) / (weight + each.weight) + resolution)
-        * (1 + 1 / (1 + each.effective))
-        for each, scatter in zip(moments, scatters, strict=True)
-    ]
+    scatters = np.array([each.scatter[grid] for each in moments])  # (K, d, d)
+    means = np.array([each.mean for each in moments])  # (K, D)
+    own = np.array([each.weight for each in moments])[:, None, None]
+    effective = np.array([each.effective for each in moments])[:, None, None]
+    common = (weight * resolution + scatters.sum(axis=0)) / (weight + own.sum())
+    covariances = ((weight * common + scatters) / (weight + own) + resolution) * (
+        1 + 1 / (1 + effective)
+    )
     if light is not None:
-        covariances = [
-            covariance + light.spread(each.mean, columns)
-            for each, covariance in zip(moments, covariances, strict=True)
-        ]
-    dof = np.array([weight + each.weight for each in moments])
-    return density([each.mean[columns] for each in moments], covariances, dof)
+        covariances += light.spread(means, columns)
+    return density(means[:, columns], covariances, weight + own[:, 0, 0])
 
 
 def _finite(sample: FloatArray) -> FloatArray:

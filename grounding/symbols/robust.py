@@ -6,7 +6,7 @@ they follow one of the other words or are anything at all. Expectation and maxim
 how likely each segment is right, and the moments of each word weighted with that.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Final
 
@@ -204,11 +204,11 @@ def patch_logs(
         anything: moments of all patches.
         config: the noise model.
     """
-    tails = replace(words, dof=np.full(len(words.means), config.tail_dof))
     grid = np.ix_(columns, columns)
     spread = anything.scatter[grid] / max(anything.weight, 1.0) + np.eye(len(columns))
     wide = density([anything.mean[columns]], [spread], np.array([config.tail_dof]))
-    return np.column_stack([tails.log_densities(chosen), wide.log_densities(chosen)])
+    dof = np.full(len(words.means) + 1, config.tail_dof)
+    return words.beside(wide, dof=dof).log_densities(chosen)
 
 
 def tempering(patches: float, config: RobustConfig) -> float:
@@ -243,7 +243,10 @@ def label_log_odds(totals: FloatArray, label: Indices) -> FloatArray:
     prior = np.full(totals.shape, np.log((1 - _STRANGER) / max(others, 1)))
     prior[:, -1] = np.log(_STRANGER) if others else 0.0
     prior[at, label] = -np.inf
-    log_odds: FloatArray = totals[at, label] - np.logaddexp.reduce(totals + prior, axis=1)
+    otherwise = totals + prior
+    most = otherwise.max(axis=1, keepdims=True)
+    log_sum = most[:, 0] + np.log(np.exp(otherwise - most).sum(axis=1))
+    log_odds: FloatArray = totals[at, label] - log_sum
     return log_odds
 
 
