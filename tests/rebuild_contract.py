@@ -202,7 +202,7 @@ def check_report(out, *, scale, least_pictures):
     assert page.count("data:image/png;base64,") >= least_pictures
 
 
-def check_rebuild(out, *, scale, least_pictures=3):
+def assert_rebuild_is_as_promised(out, *, scale, least_pictures=3):
     """Check every file of a finished rebuild."""
     summary = check_summary(out)
     assert summary["scale"] == scale

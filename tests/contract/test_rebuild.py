@@ -9,7 +9,7 @@ import pytest
 
 from services import children
 from services.rebuild.run import RebuildConfig, rebuild
-from tests.rebuild_contract import check_rebuild
+from tests.rebuild_contract import assert_rebuild_is_as_promised
 
 # What tells how long something took differs from run to run.
 TIMED = ("report.html", "summary.json", ".stages")
@@ -37,7 +37,7 @@ def rebuilt(small_session, tmp_path_factory):
 
 
 def test_every_file_is_as_promised(rebuilt):
-    check_rebuild(rebuilt, scale="metric")
+    assert_rebuild_is_as_promised(rebuilt, scale="metric")
 
 
 def test_it_goes_on_from_the_stages_that_were_finished_with_the_same_bytes(
@@ -90,6 +90,6 @@ def test_what_is_optional_may_be_missing(small_session, tmp_path, missing, scale
     for name in missing:
         (session / name).unlink()
     run(session, out)
-    check_rebuild(out, scale=scale, least_pictures=1)
+    assert_rebuild_is_as_promised(out, scale=scale, least_pictures=1)
     if "narration.vtt" in missing:
         assert json.loads((out / "plan.json").read_text())["instructions"] == []
