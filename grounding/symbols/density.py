@@ -6,11 +6,11 @@ from functools import cache
 from typing import Final
 
 import numpy as np
-from scipy.linalg.lapack import dtrtri
 from scipy.special import gammaln
 
 from grounding.features.registry import features_named
 from grounding.symbols.model import Moments
+from grounding.symbols.whitening import pooled_covariances, whitened
 from grounding.types import FloatArray
 
 _LIGHT_SIGMA: Final = 0.35  # of the logarithm: the light is seldom more than twice as bright
@@ -90,11 +90,11 @@ def density(
     dof: FloatArray,
 ) -> GroupDensity:
     """Return the densities of words with the given means (d,) and covariances (d, d)."""
-    lower = np.linalg.cholesky(np.asarray(covariances))  # (K, d, d)
+    whiteners, log_scale = whitened(np.asarray(covariances))
     return GroupDensity(
         means=np.asarray(means),
-        whiteners=np.array([dtrtri(each, lower=1)[0] for each in lower]),
-        log_scale=-np.log(np.diagonal(lower, axis1=1, axis2=2)).sum(axis=1),
+        whiteners=whiteners,
+        log_scale=log_scale,
         dof=np.asarray(dof, float),
     )
 
@@ -143,19 +143,18 @@ def predictive(
         weight: how many patches the common spread is worth.
         light: for a patch under a light of another brightness; None for the same light.
     """
-    grid = np.ix_(columns, columns)
-    resolution = np.eye(len(columns))
-    scatters = np.array([each.scatter[grid] for each in moments])  # (K, d, d)
     means = np.array([each.mean for each in moments])  # (K, D)
-    own = np.array([each.weight for each in moments])[:, None, None]
-    effective = np.array([each.effective for each in moments])[:, None, None]
-    common = (weight * resolution + scatters.sum(axis=0)) / (weight + own.sum())
-    covariances = ((weight * common + scatters) / (weight + own) + resolution) * (
-        1 + 1 / (1 + effective)
+    own = np.array([each.weight for each in moments])
+    covariances = pooled_covariances(
+        np.array([each.scatter for each in moments]),
+        own,
+        np.array([each.effective for each in moments]),
+        np.asarray(columns),
+        weight,
     )
     if light is not None:
         covariances += light.spread(means, columns)
-    return density(means[:, columns], covariances, weight + own[:, 0, 0])
+    return density(means[:, columns], covariances, weight + own)
 
 
 def _finite(sample: FloatArray) -> FloatArray:
