@@ -10,6 +10,8 @@ import numpy as np
 from gazemap.gaze.cast import cast_fixations
 from gazemap.gaze.config import FixationConfig, GazeNoise, OffsetConfig
 from gazemap.gaze.detect import detect_fixations
+from gazemap.gaze.directions import poses_at
+from gazemap.gaze.flow import ImageMotion, image_motion
 from gazemap.gaze.offset import estimate_gaze_offset
 from gazemap.geometry.arrays import ImageArray
 from gazemap.geometry.camera import Camera
@@ -191,4 +193,20 @@ def fixations_of(session: Session, located: Located, config: MappingConfig) -> t
     if gaze is None:
         return ()
     camera, trajectory = _gaze_view(session, located)
-    return detect_fixations(gaze, camera, trajectory, session.data.blinks, config.fixations)
+    return detect_fixations(
+        gaze,
+        camera,
+        trajectory,
+        session.data.blinks,
+        config.fixations,
+        motion=_gaze_motion(session, located),
+    )
+
+
+def _gaze_motion(session: Session, located: Located) -> ImageMotion | None:
+    """Return how the image of the camera of gaze moved where it has no pose, if it lacks any."""
+    slam, eyes = located.slam, gaze_camera_of(session.data)
+    t_ns = np.array(session.scene_t_ns, dtype=np.int64)
+    is_posed = poses_at(slam.trajectory, t_ns)[2]
+    motion = image_motion(session.scene_frames(), t_ns, slam.camera, is_posed=is_posed)
+    return motion if motion is None or eyes is None else motion.carrying(eyes.T_cam_gaze)

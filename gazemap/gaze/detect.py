@@ -3,7 +3,7 @@
 A head that moves drags gaze along in the image although the eye holds a point. Each sample is
 therefore carried to the support plane (or a usual distance) by the camera's pose, and steps are
 measured between such points as the camera sees them at one moment: what is left is the eye's own
-motion. Without a pose the camera's frame has to do.
+motion. Without a pose the motion of the image, from optic flow, has to do.
 
 Source:
     Velocity threshold (I-VT) and dispersion threshold (I-DT): Salvucci and Goldberg 2000; the
@@ -14,6 +14,7 @@ import numpy as np
 
 from gazemap.gaze.config import FixationConfig, FixationMethod
 from gazemap.gaze.directions import directions_of
+from gazemap.gaze.flow import ImageMotion
 from gazemap.gaze.refixations import split_refixations
 from gazemap.gaze.steady import SteadyGaze
 from gazemap.geometry.arrays import BoolArray, IntArray
@@ -30,6 +31,8 @@ def detect_fixations(
     trajectory: Trajectory | None,
     blinks: tuple[Blink, ...],
     config: FixationConfig,
+    *,
+    motion: ImageMotion | None = None,
 ) -> tuple[Fixation, ...]:
     """Return the fixations in time order, numbered from 1.
 
@@ -39,12 +42,13 @@ def detect_fixations(
         trajectory: its path, or None where there is none.
         blinks: intervals without gaze, beside those marked in the samples.
         config: settings.
+        motion: how its image moved where it has no pose, if that is known.
     """
     keep = _usable(gaze, blinks)
     t_ns, uv_px = gaze.t_ns[keep], gaze.uv_px[keep]
     if len(t_ns) < 5:
         return ()
-    steady = SteadyGaze(t_ns, camera.unproject(uv_px), trajectory, config)
+    steady = SteadyGaze(t_ns, camera.unproject(uv_px), trajectory, config, motion)
     find = _by_velocity if config.method is FixationMethod.VELOCITY else _by_dispersion
     spans = [s for s in find(steady, config) if len(s) >= 3]
     spans = _merged(spans, steady, config)
