@@ -26,8 +26,8 @@ _KEPT_FIXATIONS: Final = 500
 _KEPT_POSES: Final = 600
 _GAZE_WINDOW_NS: Final = 4_000_000_000
 _GAZE_STEP_NS: Final = 250_000_000
-# A span that ends so near to the newest sample may still grow.
-_SETTLED_NS: Final = 200_000_000
+# A span that ends so near to the newest sample may still grow, even after a blink.
+_SETTLED_NS: Final = 400_000_000
 _OFFSET_EVERY: Final = 5
 
 

@@ -25,9 +25,11 @@ class FixationConfig:
             better than one: small saccades drown in the noise of single samples.
         usual_duration_s: the usual length of a rest ...
         duration_log_sigma: ... and the standard deviation of its logarithm.
-        drift_sigma_deg: how far a rest's mean drifts although the eye holds a point.
+        drift_sigma_deg: how far a rest's mean drifts where the head's pose is not known.
         merge_gap_s: fixations closer in time than this are one ...
         merge_deg: ... if they are closer in direction than this as well.
+        blink_gap_s: so long without any sample is bridged (a blink) ...
+        blink_deg: ... if gaze is no farther than this from where it was.
         min_duration_s: anything shorter is no fixation.
         assumed_distance_m: how far gaze is taken to reach where it meets no table.
     """
@@ -37,12 +39,14 @@ class FixationConfig:
     min_jump_deg: float = 0.6
     noise_factor: float = 4.0
     dispersion_deg: float = 1.5
-    split_penalty: float = 5.0
+    split_penalty: float = 6.0
     usual_duration_s: float = 0.3
-    duration_log_sigma: float = 0.5
+    duration_log_sigma: float = 0.45
     drift_sigma_deg: float = 0.04
     merge_gap_s: float = 0.075
     merge_deg: float = 0.25
+    blink_gap_s: float = 0.25
+    blink_deg: float = 1.0
     min_duration_s: float = 0.1
     assumed_distance_m: float = 1.0
 

@@ -15,7 +15,7 @@ import numpy as np
 from gazemap.gaze.config import FixationConfig, FixationMethod
 from gazemap.gaze.directions import directions_of
 from gazemap.gaze.flow import ImageMotion
-from gazemap.gaze.refixations import split_refixations
+from gazemap.gaze.refixations import noise_in_rests_deg, split_refixations
 from gazemap.gaze.steady import SteadyGaze
 from gazemap.geometry.arrays import BoolArray, IntArray
 from gazemap.geometry.camera import Camera
@@ -53,7 +53,8 @@ def detect_fixations(
     spans = [s for s in find(steady, config) if len(s) >= 3]
     spans = _merged(spans, steady, config)
     if config.method is FixationMethod.VELOCITY:
-        spans = [part for s in spans for part in split_refixations(s, steady, config)]
+        sigma_deg = noise_in_rests_deg(spans, steady)
+        spans = [p for s in spans for p in split_refixations(s, steady, sigma_deg, config)]
     found = [s for s in spans if (t_ns[s[-1]] - t_ns[s[0]]) * 1e-9 >= config.min_duration_s]
     return tuple(_fixation(n + 1, s, steady, camera) for n, s in enumerate(found))
 
@@ -167,9 +168,15 @@ def _merged(spans: list[IntArray], steady: SteadyGaze, config: FixationConfig) -
 
 
 def _is_one(a: IntArray, b: IntArray, steady: SteadyGaze, config: FixationConfig) -> bool:
+    """Return whether gaze rests where it did; a blink does not end a look."""
     if b[0] <= a[-1]:
         return True
-    if (steady.t_ns[b[0]] - steady.t_ns[a[-1]]) * 1e-9 > config.merge_gap_s:
-        return False
+    gap_s = (steady.t_ns[b[0]] - steady.t_ns[a[-1]]) * 1e-9
+    limit_deg = config.merge_deg
+    if gap_s > config.merge_gap_s:
+        if b[0] - a[-1] > 1 or gap_s > config.blink_gap_s:
+            return False
+        around = max(3, round(config.min_duration_s / steady.period_s))
+        a, b, limit_deg = a[-around:], b[:around], config.blink_deg
     both = [np.median(steady.seen_from(np.full(len(s), b[0]), s), axis=0) for s in (a, b)]
-    return bool(np.linalg.norm(both[1] - both[0]) < config.merge_deg)
+    return bool(np.linalg.norm(both[1] - both[0]) < limit_deg)
