@@ -17,6 +17,7 @@ from gazemap.scene.config import SceneConfig
 from gazemap.scene.live import LiveObjects
 from gazemap.scene.surface import table_mesh, with_boxes
 from gazemap.slam.live.config import LiveConfig
+from gazemap.slam.live.following import KeyframeFollower
 from gazemap.slam.live.tracker import LiveTracker
 from gazemap.slam.live.warm_up import warm_up_tracking
 from gazemap.slam.tag_alignment import locate_static_camera
@@ -79,6 +80,7 @@ class LiveMapping:
             rig.head_camera, layout=rig.layout, config=config.tracking, rng=rng
         )
         self._path = RecentPath()
+        self._keyframes = KeyframeFollower()
         self._looks = LiveLooks(rig.head_camera, noise=config.noise, offset=config.offset)
         self._detector = LiveFixations(rig.head_camera, config.fixations)
         self._outline_xy = table_outline(rig.layout, margin_m=config.scene.margin_m)
@@ -129,14 +131,14 @@ class LiveMapping:
         """Track a frame of the head camera; cast what was waiting for its pose."""
         outcome = self._tracker.track(frame)
         events = self._tracker.take_events()
-        self._follow(events)
+        moved = self._follow(events)
         self._path.last_ns = frame.t_ns
         changed: list[SceneObject] = []
         if isinstance(outcome, Tracked):
             self._path.add(outcome)
             changed = self._show_head_view(frame, outcome)
         fixations = self._looks.cast_due(self._path, self._surface, scale=self._scale)
-        corrected = self._correct(changed, events)
+        corrected = self._correct(changed, moved)
         return News(
             outcome=outcome,
             events=events,
@@ -149,7 +151,7 @@ class LiveMapping:
         if self._objects is None:
             return News(T_world_overhead=self._locate_overhead(frame))
         changed = self._objects.add(frame)
-        return News(objects=tuple(changed), fixations=tuple(self._correct(changed, ())))
+        return News(objects=tuple(changed), fixations=tuple(self._correct(changed, set())))
 
     def inertial(self, sample: ImuSample) -> None:
         """Take in a sample of the IMU that is fixed to the head camera."""
@@ -168,18 +170,22 @@ class LiveMapping:
         """Settle what is open, at the end of a recording."""
         changed = [] if self._objects is None else self._objects.finish()
         cast = self._looks.cast_due(self._path, self._surface, scale=self._scale)
-        corrected = self._correct(changed, ())
+        corrected = self._correct(changed, set())
         return News(objects=tuple(changed), fixations=(*cast, *corrected))
 
     @property
     def _scale(self) -> Scale:
         return self._tracker.scale
 
-    def _follow(self, events: tuple[MapEvent, ...]) -> None:
+    def _follow(self, events: tuple[MapEvent, ...]) -> set[int]:
+        """Move what was published with the map; return which looks have moved."""
         for event in events:
             if event.S_new_old is not None:
-                self._path.transform(event.S_new_old)
-                self._looks.transform(event.S_new_old)
+                self._path.transform(
+                    event.S_new_old, old_map_id=event.old_map_id, map_id=event.map_id
+                )
+        keyframes = self._keyframes.take(self._tracker.update, events)
+        return set() if keyframes is None else self._looks.follow(keyframes)
 
     def _show_head_view(self, frame: Frame, outcome: Tracked) -> list[SceneObject]:
         """Show the objects a posed head frame, now and then: heights come from there."""
@@ -190,18 +196,15 @@ class LiveMapping:
         self._last_view_ns = frame.t_ns
         return self._objects.add_view(frame, self._rig.head_camera, outcome.T_world_cam)
 
-    def _correct(
-        self, changed: list[SceneObject], events: tuple[MapEvent, ...]
-    ) -> list[Fixation3D]:
+    def _correct(self, changed: list[SceneObject], moved: set[int]) -> list[Fixation3D]:
         """Cast again what the change of scene, map or gaze error may have moved."""
         if changed:
             self._surface = SceneCaster(self.scene())
         objects = () if self._objects is None else self._objects.objects
         has_new_offset = self._looks.estimate_offset(objects, scale=self._scale)
-        has_moved = any(event.S_new_old is not None for event in events)
-        if not (changed or has_new_offset or has_moved):
-            return []
-        return self._looks.recast(self._surface)
+        if changed or has_new_offset:
+            return self._looks.recast(self._surface)
+        return self._looks.recast(self._surface, only=moved) if moved else []
 
     def _locate_overhead(self, frame: Frame) -> Pose[World, Overhead] | None:
         camera, layout = self._rig.overhead_camera, self._rig.layout

@@ -15,6 +15,7 @@ from gazemap.geometry.align import Similarity
 from gazemap.geometry.camera import Camera
 from gazemap.geometry.pose import Cam, Pose, World
 from gazemap.ports import SurfaceQuery
+from gazemap.slam.live.following import KeyframeMoves
 from gazemap.types.fixation import Fixation3D, GazeOffset
 from gazemap.types.scene import SceneObject
 from gazemap.types.session import Fixation, GazeSample, GazeSamples
@@ -38,6 +39,7 @@ class Look:
     fixation: Fixation
     T_world_cam: Pose[World, Cam] | None
     cast: Fixation3D
+    map_id: int
 
 
 class RecentPath:
@@ -51,13 +53,22 @@ class RecentPath:
         """Take in the next pose."""
         self._tracked.append(tracked)
 
-    def transform(self, S_new_old: Similarity[World, World]) -> None:
-        """Move with a map that was re-optimised."""
+    def transform(
+        self, S_new_old: Similarity[World, World], *, old_map_id: int, map_id: int
+    ) -> None:
+        """Move the poses of a map that was re-optimised, maybe into another one's world."""
         moved = [
-            replace(each, T_world_cam=S_new_old.transform_pose(each.T_world_cam))
+            replace(each, T_world_cam=S_new_old.transform_pose(each.T_world_cam), map_id=map_id)
+            if each.map_id == old_map_id
+            else each
             for each in self._tracked
         ]
         self._tracked = deque(moved, maxlen=_KEPT_POSES)
+
+    def map_id_at(self, t_ns: int) -> int:
+        """Return the map that was tracked at a time."""
+        later = (each.map_id for each in self._tracked if each.t_ns >= t_ns)
+        return next(later, self._tracked[-1].map_id if self._tracked else 0)
 
     def trajectory(self, scale: Scale) -> Trajectory:
         """Return the poses as a path."""
@@ -97,7 +108,8 @@ class LiveLooks:
             fixation = self._waiting.popleft()
             T_world_cam = trajectory.at(fixation.mid_ns)
             cast = caster.cast(fixation, T_world_cam, overhead=self.overhead)
-            look = Look(fixation=fixation, T_world_cam=T_world_cam, cast=cast)
+            map_id = path.map_id_at(fixation.mid_ns)
+            look = Look(fixation=fixation, T_world_cam=T_world_cam, cast=cast, map_id=map_id)
             self._looks[fixation.fixation_id] = look
             done.append(cast)
         self._since_estimate += len(done)
@@ -105,22 +117,30 @@ class LiveLooks:
             del self._looks[stale]
         return done
 
-    def recast(self, surface: SurfaceQuery) -> list[Fixation3D]:
-        """Cast everything anew; return what is no longer where it was published."""
+    def recast(self, surface: SurfaceQuery, only: set[int] | None = None) -> list[Fixation3D]:
+        """Cast everything or some anew; return what is no longer where it was published."""
         caster, changed = self._caster(surface), []
-        for key, look in self._looks.items():
+        keys = self._looks.keys() if only is None else only
+        for key in sorted(keys):
+            look = self._looks[key]
             cast = caster.cast(look.fixation, look.T_world_cam, overhead=self.overhead)
             if _differs(cast, look.cast):
                 self._looks[key] = replace(look, cast=cast)
                 changed.append(cast)
         return changed
 
-    def transform(self, S_new_old: Similarity[World, World]) -> None:
-        """Move the poses of all looks with a map that was re-optimised."""
+    def follow(self, keyframes: KeyframeMoves) -> set[int]:
+        """Move looks with the map that they were made in; return which have moved."""
+        moved_keys = set()
         for key, look in self._looks.items():
-            if look.T_world_cam is not None:
-                moved = S_new_old.transform_pose(look.T_world_cam)
-                self._looks[key] = replace(look, T_world_cam=moved)
+            if look.T_world_cam is None or look.map_id != keyframes.old_map_id:
+                continue
+            moved = keyframes.moved(look.fixation.mid_ns, look.T_world_cam)
+            if moved is not None:
+                moved_keys.add(key)
+            T_world_cam = look.T_world_cam if moved is None else moved
+            self._looks[key] = replace(look, T_world_cam=T_world_cam, map_id=keyframes.map_id)
+        return moved_keys
 
     def estimate_offset(self, objects: Sequence[SceneObject], *, scale: Scale) -> bool:
         """Estimate the gaze error anew from time to time; return whether it changed."""

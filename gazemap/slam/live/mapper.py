@@ -244,6 +244,8 @@ class Mapper:
             new_ids=new_ids,
             keyframe_centres_world=np.array([T.t for T in poses]),
             keyframe_axes_world=np.array([T.R[:, 2] for T in poses]),
+            keyframe_t_ns=np.array([k.t_ns for k in self._map.keyframes.values()]),
+            keyframe_poses=tuple(poses),
             map_id=self._map.map_id,
             scale=self._map.scale,
             events=events,

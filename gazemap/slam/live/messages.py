@@ -79,6 +79,8 @@ class MapUpdate:
         new_ids: (M,) the points that were no points of the map before.
         keyframe_centres_world: (K, 3).
         keyframe_axes_world: (K, 3) directions of view.
+        keyframe_t_ns: (K,) their times.
+        keyframe_poses: K poses.
         map_id: which map this is.
         scale: whether it is metric.
         events: what happened meanwhile.
@@ -90,6 +92,8 @@ class MapUpdate:
     new_ids: IntArray
     keyframe_centres_world: FloatArray
     keyframe_axes_world: FloatArray
+    keyframe_t_ns: IntArray
+    keyframe_poses: tuple[Pose[World, Cam], ...]
     map_id: int
     scale: Scale
     events: tuple[MapEvent, ...] = ()

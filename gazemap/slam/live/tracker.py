@@ -109,6 +109,11 @@ class LiveTracker:
         self._link.close()
 
     @property
+    def update(self) -> MapUpdate | None:
+        """The map as mapping last sent it."""
+        return self._update
+
+    @property
     def map_id(self) -> int:
         """Which map is tracked."""
         return self._update.map_id if self._update is not None else 0
