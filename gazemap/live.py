@@ -16,6 +16,7 @@ from gazemap.scene.cast import SceneCaster, open3d
 from gazemap.scene.config import SceneConfig
 from gazemap.scene.live import LiveObjects
 from gazemap.scene.surface import table_mesh, with_boxes
+from gazemap.session.gaze_camera import GazeCamera
 from gazemap.slam.live.config import LiveConfig
 from gazemap.slam.live.following import KeyframeFollower
 from gazemap.slam.live.tracker import LiveTracker
@@ -49,6 +50,7 @@ class LiveRig:
     head_camera: Camera
     overhead_camera: Camera | None
     layout: TagLayout | None
+    gaze_camera: GazeCamera | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -81,8 +83,10 @@ class LiveMapping:
         )
         self._path = RecentPath()
         self._keyframes = KeyframeFollower()
-        self._looks = LiveLooks(rig.head_camera, noise=config.noise, offset=config.offset)
-        self._detector = LiveFixations(rig.head_camera, config.fixations)
+        self._looks = LiveLooks(
+            rig.head_camera, noise=config.noise, offset=config.offset, eyes=rig.gaze_camera
+        )
+        self._detector = LiveFixations(rig.head_camera, config.fixations, rig.gaze_camera)
         self._outline_xy = table_outline(rig.layout, margin_m=config.scene.margin_m)
         self._background = table_mesh(self._outline_xy)
         self._objects: LiveObjects | None = None

@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from gazemap.gaze.cast import FixationCaster, PosedOverhead
+from gazemap.gaze.cast import FixationCaster, PosedOverhead, in_scene_image
 from gazemap.gaze.config import FixationConfig, GazeNoise, OffsetConfig
 from gazemap.gaze.detect import detect_fixations
 from gazemap.gaze.offset import estimate_gaze_offset
@@ -15,6 +15,7 @@ from gazemap.geometry.align import Similarity
 from gazemap.geometry.camera import Camera
 from gazemap.geometry.pose import Cam, Pose, World
 from gazemap.ports import SurfaceQuery
+from gazemap.session.gaze_camera import GazeCamera
 from gazemap.slam.live.following import KeyframeMoves
 from gazemap.types.fixation import Fixation3D, GazeOffset
 from gazemap.types.scene import SceneObject
@@ -78,8 +79,16 @@ class RecentPath:
 class LiveLooks:
     """Casts fixations when their pose is known; corrects what was published, never silently."""
 
-    def __init__(self, camera: Camera, *, noise: GazeNoise, offset: OffsetConfig) -> None:
-        self._camera, self._noise, self._offset_config = camera, noise, offset
+    def __init__(
+        self,
+        camera: Camera,
+        *,
+        noise: GazeNoise,
+        offset: OffsetConfig,
+        eyes: GazeCamera | None = None,
+    ) -> None:
+        self._camera, self._eyes = camera, eyes
+        self._noise, self._offset_config = noise, offset
         self._waiting: deque[Fixation] = deque()
         self._looks: dict[int, Look] = {}
         self._since_estimate = 0
@@ -107,7 +116,7 @@ class LiveLooks:
         while self._waiting and self._waiting[0].mid_ns <= path.last_ns:
             fixation = self._waiting.popleft()
             T_world_cam = trajectory.at(fixation.mid_ns)
-            cast = caster.cast(fixation, T_world_cam, overhead=self.overhead)
+            cast = self._cast(caster, fixation, T_world_cam)
             map_id = path.map_id_at(fixation.mid_ns)
             look = Look(fixation=fixation, T_world_cam=T_world_cam, cast=cast, map_id=map_id)
             self._looks[fixation.fixation_id] = look
@@ -123,7 +132,7 @@ class LiveLooks:
         keys = self._looks.keys() if only is None else only
         for key in sorted(keys):
             look = self._looks[key]
-            cast = caster.cast(look.fixation, look.T_world_cam, overhead=self.overhead)
+            cast = self._cast(caster, look.fixation, look.T_world_cam)
             if _differs(cast, look.cast):
                 self._looks[key] = replace(look, cast=cast)
                 changed.append(cast)
@@ -156,10 +165,11 @@ class LiveLooks:
             Tracked(t_ns=t_ns, T_world_cam=posed[t_ns].T_world_cam)  # type: ignore[arg-type]
             for t_ns in sorted(posed)
         ]
+        trajectory = Trajectory.from_outcomes(outcomes, scale=scale)
         estimate = estimate_gaze_offset(
             tuple(posed[t_ns].fixation for t_ns in sorted(posed)),
-            trajectory=Trajectory.from_outcomes(outcomes, scale=scale),
-            camera=self._camera,
+            trajectory=carried(trajectory, self._eyes),
+            camera=self._camera if self._eyes is None else self._eyes.camera,
             objects=tuple(objects),
             config=self._offset_config,
         )
@@ -168,8 +178,29 @@ class LiveLooks:
 
     def _caster(self, surface: SurfaceQuery) -> FixationCaster:
         return FixationCaster(
-            camera=self._camera, surface=surface, offset=self.offset, noise=self._noise
+            camera=self._camera if self._eyes is None else self._eyes.camera,
+            surface=surface,
+            offset=self.offset,
+            noise=self._noise,
         )
+
+    def _cast(
+        self, caster: FixationCaster, fixation: Fixation, T_world_cam: Pose[World, Cam] | None
+    ) -> Fixation3D:
+        """Cast from the camera on whose images gaze is; pixels are the head camera's."""
+        if self._eyes is None:
+            return caster.cast(fixation, T_world_cam, overhead=self.overhead)
+        if T_world_cam is None:
+            cast = caster.cast(fixation, None, overhead=self.overhead)
+        else:
+            T = T_world_cam @ self._eyes.T_cam_gaze
+            cast = caster.cast(fixation, Pose(R=T.R, t=T.t), overhead=self.overhead)
+        return in_scene_image(cast, T_world_cam, self._camera)
+
+
+def carried(trajectory: Trajectory, eyes: GazeCamera | None) -> Trajectory:
+    """Return the path of the camera on whose images gaze is."""
+    return trajectory if eyes is None else trajectory.carrying(eyes.T_cam_gaze)
 
 
 def _differs(new: Fixation3D, old: Fixation3D) -> bool:
@@ -183,8 +214,11 @@ def _differs(new: Fixation3D, old: Fixation3D) -> bool:
 class LiveFixations:
     """Detects fixations in a stream of gaze with the detector that rebuilds use."""
 
-    def __init__(self, camera: Camera, config: FixationConfig) -> None:
-        self._camera, self._config = camera, config
+    def __init__(
+        self, camera: Camera, config: FixationConfig, eyes: GazeCamera | None = None
+    ) -> None:
+        self._camera, self._config = camera if eyes is None else eyes.camera, config
+        self._eyes = eyes
         self._samples: deque[GazeSample] = deque()
         self._last_look_ns = 0
         self._emitted_end_ns = 0
@@ -207,7 +241,7 @@ class LiveFixations:
         found = detect_fixations(
             _table(self._samples),
             self._camera,
-            trajectory if len(trajectory) > 1 else None,
+            carried(trajectory, self._eyes) if len(trajectory) > 1 else None,
             (),
             self._config,
         )

@@ -1,13 +1,13 @@
 """The story of mapping one session: where the head was, what stood there, what was looked at."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Final
 
 import numpy as np
 
-from gazemap.gaze.cast import cast_fixations
+from gazemap.gaze.cast import cast_fixations, in_scene_image
 from gazemap.gaze.config import FixationConfig, GazeNoise, OffsetConfig
 from gazemap.gaze.detect import detect_fixations
 from gazemap.gaze.directions import poses_at
@@ -164,7 +164,11 @@ def find_looks(
         overhead=overhead,
     )
     if camera is not located.slam.camera:
-        cast = tuple(_in_scene_image(each, located.slam) for each in cast)
+        path = located.slam.trajectory
+        cast = tuple(
+            in_scene_image(each, path.at(each.fixation.mid_ns), located.slam.camera)
+            for each in cast
+        )
     return Looks(fixations=cast, offset=offset)
 
 
@@ -174,15 +178,6 @@ def _gaze_view(session: Session, located: Located) -> tuple[Camera, Trajectory]:
     if eyes is None:
         return slam.camera, slam.trajectory
     return eyes.camera, slam.trajectory.carrying(eyes.T_cam_gaze)
-
-
-def _in_scene_image(fixation: Fixation3D, slam: SlamResult) -> Fixation3D:
-    """Return a fixation with its pixel in the scene camera's image, seen from where that was."""
-    T_world_cam = slam.trajectory.at(fixation.fixation.mid_ns)
-    if fixation.point_world is None or T_world_cam is None:
-        return replace(fixation, scene_uv_px=np.full(2, np.nan))
-    point_cam = T_world_cam.inverse().transform(fixation.point_world)
-    return replace(fixation, scene_uv_px=slam.camera.project(point_cam[None])[0])
 
 
 def fixations_of(session: Session, located: Located, config: MappingConfig) -> tuple[Fixation, ...]:

@@ -15,6 +15,7 @@ from gazemap.calibration import load_rig
 from gazemap.errors import GazemapError, InputError
 from gazemap.geometry.camera import Camera
 from gazemap.live import LiveMapping, LiveMappingConfig, LiveRig, News, warm_up
+from gazemap.session.gaze_camera import GazeCamera, gaze_camera_in
 from gazemap.types.tracking import Scale
 from gazemap.wire import images, rig
 from gazemap.wire.streams import Stream
@@ -89,6 +90,7 @@ class MappingService:
             stream: ImageGate(stream) for stream in (Stream.HEAD_IMAGE, Stream.OVERHEAD_IMAGE)
         }
         self._has_device_fixations = False
+        self._gaze_camera: GazeCamera | None = None
         self._early: deque[Message] = deque(maxlen=_EARLY_COUNT)
         self._introduced_s: float | None = None
         self._has_session = False
@@ -138,6 +140,8 @@ class MappingService:
         self._has_session = True
         self._has_device_fixations = info.has_device_fixations
         self._health.restart(info.name)
+        self._gaze_camera = None
+        self._gaze_camera = gaze_camera_in(info.info)
 
     def _take_introduction(self, stream: Stream, payload: bytes) -> None:
         if self._rig.hear(stream, payload):
@@ -182,7 +186,10 @@ class MappingService:
         early, self._introduced_s = tuple(self._early), None
         self._early.clear()
         known = LiveRig(
-            head_camera=head, overhead_camera=self._rig.overhead, layout=self._rig.layout
+            head_camera=head,
+            overhead_camera=self._rig.overhead,
+            layout=self._rig.layout,
+            gaze_camera=self._gaze_camera,
         )
         rng = np.random.default_rng(self._config.seed)
         self._mapping = LiveMapping(known, self._config.live, rng=rng)

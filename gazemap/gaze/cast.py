@@ -4,6 +4,8 @@ The uncertain direction is represented by a grid of rays (Gauss-Hermite) rather 
 derivative: at an object's rim the neighbours hit something else, and the covariance must say so.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from gazemap.gaze.config import GazeNoise
@@ -48,6 +50,16 @@ def cast_fixations(  # noqa: PLR0913 - all that a stage of its own needs, by nam
     """
     caster = FixationCaster(camera=camera, surface=surface, offset=offset, noise=noise)
     return tuple(caster.cast(f, trajectory.at(f.mid_ns), overhead=overhead) for f in fixations)
+
+
+def in_scene_image(
+    fixation: Fixation3D, T_world_cam: Pose[World, Cam] | None, camera: Camera
+) -> Fixation3D:
+    """Return a fixation of another camera with its pixel in the scene camera's image."""
+    if fixation.point_world is None or T_world_cam is None:
+        return replace(fixation, scene_uv_px=np.full(2, np.nan))
+    point_cam = T_world_cam.inverse().transform(fixation.point_world)
+    return replace(fixation, scene_uv_px=camera.project(point_cam[None])[0])
 
 
 class FixationCaster:

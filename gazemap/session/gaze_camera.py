@@ -5,6 +5,7 @@
 pixels of gaze and fixations are then on its images.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -29,12 +30,17 @@ class GazeCamera:
 
 
 def gaze_camera_of(data: SessionData) -> GazeCamera | None:
+    """Return the eye tracker's own camera of a session, as `gaze_camera_in` does."""
+    return gaze_camera_in(data.info)
+
+
+def gaze_camera_in(info: Mapping[str, object]) -> GazeCamera | None:
     """Return the eye tracker's own camera; None where gaze is on the scene camera's images.
 
     Raises:
         InputError: if what `info.json` says of it is wrong.
     """
-    described: Any = data.info.get("gaze_camera")
+    described: Any = info.get("gaze_camera")
     if described is None:
         return None
     if not isinstance(described, dict):

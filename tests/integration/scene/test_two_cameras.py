@@ -6,11 +6,14 @@ import numpy as np
 import pytest
 
 from gazemap.errors import InputError
+from gazemap.gaze.config import GazeNoise, OffsetConfig
 from gazemap.geometry.camera import Camera
 from gazemap.geometry.pose import Pose
+from gazemap.live_looks import LiveLooks, RecentPath
 from gazemap.pipeline import Located, MappingConfig, OffsetMode, find_looks
+from gazemap.scene.cast import SceneCaster
 from gazemap.scene.surface import table_mesh
-from gazemap.session.gaze_camera import gaze_camera_of
+from gazemap.session.gaze_camera import gaze_camera_in, gaze_camera_of
 from gazemap.types.scene import HitKind, SceneModel
 from gazemap.types.session import Fixation, SessionData
 from gazemap.types.slam import SlamResult
@@ -96,6 +99,39 @@ def test_without_the_extrinsics_it_would_be_centimetres_off(located):
     found = [f for f in find(located, {}) if f.point_world is not None]
     errors = [np.linalg.norm(f.point_world - POINTS[f.fixation.fixation_id]) for f in found]
     assert min(errors) > 0.02
+
+
+def find_live(located, info):
+    """Return what the live service casts, look by look."""
+    looks = LiveLooks(CAMERA, noise=GazeNoise(), offset=OffsetConfig(), eyes=gaze_camera_in(info))
+    path, found = RecentPath(), []
+    background = table_mesh(np.array([[-0.8, -0.6], [0.8, 0.6]]))
+    scene = SceneModel(
+        mesh=background,
+        background=background,
+        objects=(),
+        T_world_overhead=None,
+        surface_sigma_m=0.0005,
+    )
+    waiting = list(looks_at(POINTS, located.slam.trajectory))
+    for n, t_ns in enumerate(located.slam.trajectory.t_ns.tolist()):
+        path.add(Tracked(t_ns=t_ns, T_world_cam=located.slam.trajectory.pose(n)))
+        path.last_ns = t_ns
+        if waiting and waiting[0].end_ns < t_ns:
+            looks.add(waiting.pop(0))
+        found += looks.cast_due(path, SceneCaster(scene), scale=Scale.METRIC)
+    return found
+
+
+def test_live_gaze_of_the_other_camera_meets_the_same_points(located):
+    found, offline = find_live(located, INFO), find(located, INFO)
+    assert len(found) == len(POINTS)
+    for look, point, other in zip(found, POINTS, offline, strict=True):
+        assert np.linalg.norm(look.point_world - point) < 2e-4
+        assert look.scene_uv_px == pytest.approx(other.scene_uv_px, abs=0.05)
+        assert look.cov_world == pytest.approx(other.cov_world, rel=0.05, abs=1e-9)
+    wrong = [f for f in find_live(located, {}) if f.point_world is not None]
+    assert min(np.linalg.norm(f.point_world - POINTS[f.fixation.fixation_id]) for f in wrong) > 0.02
 
 
 @pytest.mark.parametrize(

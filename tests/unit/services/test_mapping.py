@@ -78,6 +78,33 @@ def test_images_that_come_before_the_introduction_wait_for_it(exchange, service)
     assert service._health.t_ns == 2 * 33_000_000
 
 
+GAZE_CAMERA = {
+    "camera_matrix": CAMERA.K.tolist(),
+    "distortion_coefficients": [0, 0, 0, 0, 0],
+    "width": 320,
+    "height": 240,
+    "T_scene_gaze": [[1, 0, 0, 0.04], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]],
+}
+
+
+def begin(exchange, service, info):
+    told = {**INTRODUCTION, Stream.SESSION: rig.encode_session(SessionInfo(name="w", info=info))}
+    publish_all(exchange, [*told.items(), (Stream.HEAD_IMAGE, head_image(0))])
+    drain(service)
+    return service._mapping._rig.gaze_camera
+
+
+def test_a_rig_may_give_gaze_on_the_images_of_another_camera(exchange, service):
+    eyes = begin(exchange, service, {"gaze_camera": GAZE_CAMERA})
+    assert eyes.T_cam_gaze.t == pytest.approx([0.04, 0, 0])
+    assert begin(exchange, service, {}) is None
+
+
+def test_a_gaze_camera_that_is_none_is_named(exchange, service):
+    assert begin(exchange, service, {"gaze_camera": {"width": 3}}) is None
+    assert "info.json: gaze_camera" in complaints(service)
+
+
 def test_a_broken_message_is_named_and_stops_nothing(exchange, service):
     bus = MemoryBus(exchange)
     for stream, payload in INTRODUCTION.items():
