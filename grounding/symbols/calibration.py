@@ -21,8 +21,8 @@ _GOLDEN: Final = 0.6180339887498949
 _TAIL: Final = 0.02
 _HANDFUL: Final = 5
 _RARE: Final = 0.001  # where the tail is held to the model,
-_MODELLED: Final = 0.005  # which counts the features' resolution twice, and so is wide enough here
-_MIN_DECAY: Final = 0.25  # of the distance where the tail begins
+_MODELLED: Final = 0.01  # which counts the features' resolution twice, and so is wide enough here
+_MIN_DECAY: Final = 0.4  # of the distance where the tail begins: outlines err in steps
 
 
 def thinned(distances: FloatArray) -> FloatArray:

@@ -23,6 +23,7 @@ _SATURATION: Final = 3.0  # resolutions, root mean square over a family
 _SIGNIFICANT: Final = 2.5  # standard deviations of the permuted statistic
 _LIKELY: Final = 0.3
 _SHARE_OF_BEST: Final = 0.3  # a weaker family is a side effect, unless no group describes it better
+_SHARE_OF_RIVAL: Final = 0.6  # of words said together with them: else what those say shows through
 _LIKE: Final = 0.4  # cosine of profiles
 _SAID_TOGETHER: Final = 0.1  # of the rarer word's segments
 
@@ -80,11 +81,27 @@ def find_concepts(table: SegmentTable, rng: np.random.Generator) -> list[Concept
     ]
     best = np.max(joint, axis=0, initial=0)
     concepts = [
-        Concept(words=tuple(sorted(words)), families=_told(profile, best, families))
+        Concept(
+            words=tuple(sorted(words)),
+            families=_told(profile, best, _rival(words, groups, joint, table), families),
+        )
         for words, profile in zip(groups, joint, strict=True)
     ]
     concepts = _adopt(concepts, table)
     return sorted(concepts, key=lambda c: c.words)
+
+
+def _rival(
+    words: list[str], groups: list[list[str]], joint: list[FloatArray], table: SegmentTable
+) -> FloatArray:
+    """Return how surely (F,) the words describe each family that are said together with these."""
+    together = [
+        profile
+        for others, profile in zip(groups, joint, strict=True)
+        if others is not words
+        and any(_are_said_together(table, one, other) for one in words for other in others)
+    ]
+    return np.max(together, axis=0) if together else np.zeros(len(joint[0]))
 
 
 def _adopt(concepts: list[Concept], table: SegmentTable) -> list[Concept]:
@@ -132,20 +149,22 @@ def with_compounds(concepts: list[Concept], words: Sequence[str]) -> list[Concep
 
 
 def _told(
-    profile: FloatArray, best: FloatArray, families: tuple[Family, ...]
+    profile: FloatArray, best: FloatArray, rival: FloatArray, families: tuple[Family, ...]
 ) -> tuple[Family, ...]:
     """Return the families that words describe.
 
     Size and shape come from the same outline: words that surely describe the one describe the
     other on weaker evidence, where no other words describe it better. A cube is no ball.
+    But where few cubes were seen and most of them were red, that is what "red" says, not "cube".
 
     Args:
         profile: (F,) how surely the words describe each family.
         best: (F,) how surely the surest group does.
+        rival: (F,) how surely the words do that are said together with these.
         families: their names.
     """
     main = (profile >= _SHARE_OF_BEST * profile.max(initial=0)) | (profile >= best)
-    told = main & (profile >= _SIGNIFICANT)
+    told = main & (profile >= _SHARE_OF_RIVAL * rival) & (profile >= _SIGNIFICANT)
     outline = np.array([family in {Family.SIZE, Family.SHAPE} for family in families], bool)
     if (told & outline).any():
         told |= outline & (profile >= best) & (profile >= _LIKELY)
@@ -177,9 +196,14 @@ def _exclude_a_group(table: SegmentTable, one: str, other: str) -> bool:
     Words that are said together are of different groups; and a word that always stands alone is
     a name for a thing, not one of the words that are said with others.
     """
+    together = _are_said_together(table, one, other)
+    return together or _is_alone(table, one) != _is_alone(table, other)
+
+
+def _are_said_together(table: SegmentTable, one: str, other: str) -> bool:
     both = np.count_nonzero(table.bears[one] & table.bears[other])
     rarer = min(np.count_nonzero(table.bears[one]), np.count_nonzero(table.bears[other]))
-    return bool(both > _SAID_TOGETHER * rarer) or _is_alone(table, one) != _is_alone(table, other)
+    return bool(both > _SAID_TOGETHER * rarer)
 
 
 def _is_alone(table: SegmentTable, word: str) -> bool:
