@@ -26,7 +26,7 @@ from services.bus.zenoh import ZenohConfig
 from services.grounding_output import GroundingOutput
 from services.health import FINISHED, IS_METRIC, SENT, Health
 from services.lessons import TargetLesson, VerbLesson, WordLesson, lesson_of
-from services.present import look_at, present_scene
+from services.present import is_covered, look_at, present_scene, strange_things
 from services.translate import instance, observation
 from services.views import BufferedView, StandingCamera
 from services.wire.queries import (
@@ -229,7 +229,15 @@ class GroundingService:
         self._output.say_plan(grounded.plan)
         if is_finished:
             self._model = grounded.symbols
-            self._output.say_symbols(self._model)
+            self._say_symbols()
+
+    def _say_symbols(self) -> None:
+        """Publish what words mean, and ask about the things on the table that none explains."""
+        self._output.say_symbols(self._model)
+        for object_id, question in strange_things(
+            self._live.objects, self._model, view=self._view()
+        ):
+            self._output.ask_about(object_id, question)
 
     def _view(self) -> View | None:
         return self._images if self._images.camera is not None else None
@@ -295,7 +303,9 @@ class GroundingService:
 
     def _learn_words(self, lesson: WordLesson) -> None:
         thing = next((o for o in self._live.objects if o.object_id == lesson.object_id), None)
-        features = None if thing is None else look_at(thing, self._view())
+        features = None
+        if thing is not None and not is_covered(thing, self._live.objects):
+            features = look_at(thing, self._view())
         if features is None:
             todo = "name an object that the overhead camera sees now"
             raise InputError(f"{lesson.object_id!r} is not seen", where=Stream.TEACH, todo=todo)
@@ -305,4 +315,4 @@ class GroundingService:
                 todo = f"add group: one of {', '.join(taught.groups)}"
                 raise InputError(f"what does {word!r} describe?", where=Stream.TEACH, todo=todo)
             self._model = taught.model
-        self._output.say_symbols(self._model)
+        self._say_symbols()

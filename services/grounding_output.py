@@ -1,16 +1,20 @@
 """What the grounding service publishes, and its answers to queries for the latest of it."""
 
 import json
+import logging
 from typing import Any
 
 from gazemap.wire.streams import Stream
 from grounding.plan import GroundedInstruction, GroundedPlan, Status
 from grounding.symbols.document import to_json
 from grounding.symbols.model import SymbolModel
+from grounding.symbols.teach import Question
 from services.bus.base import Bus
 from services.health import Health
 from services.latest import LatestMessages
 from services.wire import grounding as wire
+
+_log = logging.getLogger(__name__)
 
 
 class GroundingOutput:
@@ -20,11 +24,13 @@ class GroundingOutput:
         self._bus, self._health = bus, health
         self._latest = LatestMessages(bus, Stream.PLAN, Stream.SYMBOLS)
         self._sent: dict[int, dict[str, Any]] = {}
+        self._asked: set[tuple[str, str]] = set()
         self.revision = 0
 
     def restart(self) -> None:
         """Begin anew with another session."""
         self._sent, self.revision = {}, 0
+        self._asked = set()
 
     def say_plan(self, plan: GroundedPlan) -> None:
         """Publish a plan with a new revision, and its instructions that changed."""
@@ -60,6 +66,26 @@ class GroundingOutput:
             words=each.spoken.instruction.target,
             object_id=each.target.object_id if each.target else None,
         )
+        self._publish(question)
+
+    def ask_about(self, object_id: str, asked: Question) -> None:
+        """Ask once what a thing is that no word of a group explains."""
+        if (object_id, asked.group) in self._asked:
+            return
+        self._asked.add((object_id, asked.group))
+        self._publish(
+            wire.Question(
+                t_ns=self._health.t_ns,
+                instruction_index=wire.NO_INSTRUCTION,
+                text=asked.text,
+                words=asked.words,
+                object_id=object_id,
+            )
+        )
+
+    def _publish(self, question: wire.Question) -> None:
+        about = "" if question.object_id is None else f" ({question.object_id})"
+        _log.warning("question: %s%s", question.text, about)
         self._bus.publish(Stream.QUESTION, wire.encode_question(question))
 
     def say_symbols(self, model: SymbolModel) -> None:

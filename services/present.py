@@ -2,6 +2,8 @@
 
 from collections.abc import Mapping, Sequence
 
+import numpy as np
+
 from grounding.features.registry import PatchFeatures, extract_features
 from grounding.patches.cut import PatchConfig, Showing, cut_patches
 from grounding.patches.view import View
@@ -10,6 +12,7 @@ from grounding.plan import Status
 from grounding.query import NamedThing, PresentScene
 from grounding.symbols.classify import Classifier
 from grounding.symbols.model import SymbolModel
+from grounding.symbols.teach import Question, questions
 from grounding.types import ObjectInstance
 
 # A calibrated classifier that says "known" is right about that often.
@@ -33,7 +36,7 @@ def present_scene(
     things = []
     for each in standing:
         words = dict(said.get(each.object_id, {}))
-        features = look_at(each, view)
+        features = None if is_covered(each, standing) else look_at(each, view)
         if features is not None:
             for found in classifier.classify(features):
                 if found.known:
@@ -57,6 +60,34 @@ def _said(grounded: SessionGrounding) -> Mapping[str, dict[str, float]]:
             for word in each.spoken.instruction.target:
                 words[word] = max(words.get(word, 0.0), each.confidence)
     return said
+
+
+def strange_things(
+    objects: Sequence[ObjectInstance], model: SymbolModel, *, view: View | None
+) -> tuple[tuple[str, Question], ...]:
+    """Return the things on the table that no word of a group explains, each with what to ask."""
+    classifier = Classifier(model)
+    standing = [each for each in objects if each.track[-1].left_ns is None]
+    found = []
+    for each in standing:
+        features = None if is_covered(each, standing) else look_at(each, view)
+        if features is not None:
+            asked = questions(model, classifier.classify(features))
+            found += [(each.object_id, question) for question in asked]
+    return tuple(found)
+
+
+def is_covered(thing: ObjectInstance, others: Sequence[ObjectInstance]) -> bool:
+    """Return whether another thing stands on this one: from above one would see that other."""
+    x, y, z = thing.track[-1].position_world
+    for other in others:
+        place = other.track[-1]
+        above_x, above_y, above_z = place.position_world
+        apart_m = np.hypot(above_x - x, above_y - y)
+        is_above = above_z > z and apart_m < min(other.size_m[0], other.size_m[1]) / 2
+        if place.left_ns is None and other.object_id != thing.object_id and is_above:
+            return True
+    return False
 
 
 def look_at(thing: ObjectInstance, view: View | None) -> PatchFeatures | None:

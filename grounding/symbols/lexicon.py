@@ -11,7 +11,7 @@ import numpy as np
 
 from grounding.errors import InputError
 from grounding.symbols.compounds import head_of
-from grounding.symbols.model import Group, SymbolModel
+from grounding.symbols.model import Group, Moments, SymbolModel
 
 EVERYONE = ""
 
@@ -58,6 +58,9 @@ def exported(model: SymbolModel, *, person: str = EVERYONE) -> str:
 def merged(one: SymbolModel, other: SymbolModel) -> SymbolModel:
     """Return what two models know together: words that both know are learnt from both.
 
+    A word of which both know exactly the same was copied from one to the other, and its patches
+    count once. Two copies that both learnt more of a word count what they shared twice.
+
     Groups are the first model's; a word that only the other knows joins the group that most of
     its companions are in. Where lexicons differ, the first model's holds.
 
@@ -69,7 +72,9 @@ def merged(one: SymbolModel, other: SymbolModel) -> SymbolModel:
             "the models are over different features", where="merge", todo="fit both alike"
         )
     words = {**other.words, **one.words}
-    for name in one.words.keys() & other.words.keys():
+    known = one.words.keys() & other.words.keys()
+    copied = {w for w in known if _is_same(one.words[w].moments, other.words[w].moments)}
+    for name in known - copied:
         words[name] = replace(
             one.words[name],
             moments=one.words[name].moments.plus(other.words[name].moments),
@@ -84,10 +89,18 @@ def merged(one: SymbolModel, other: SymbolModel) -> SymbolModel:
         one,
         words=words,
         groups=_merged_groups(one, other),
-        anything=one.anything.plus(other.anything),
+        anything=(
+            max(one.anything, other.anything, key=lambda each: each.weight)
+            if copied
+            else one.anything.plus(other.anything)
+        ),
         lexicons=lexicons,
         open_segments=(),
     )
+
+
+def _is_same(a: Moments, b: Moments) -> bool:
+    return a.weight == b.weight and bool(np.array_equal(a.mean, b.mean))
 
 
 def _merged_groups(one: SymbolModel, other: SymbolModel) -> tuple[Group, ...]:

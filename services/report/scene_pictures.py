@@ -104,7 +104,10 @@ def _draw_object(axes: Axes, each: SceneObject) -> None:
         corners = state.T_world_body.transform(square)[:, :2]
         style = {"facecolor": (red, green, blue, 0.8 if k == 0 else 0.3), "edgecolor": "black"}
         axes.add_patch(Polygon(corners, closed=True, linestyle="-" if k == 0 else "--", **style))
-        axes.annotate(each.object_id.removeprefix("object-"), tuple(corners.mean(axis=0)))
+        # Beside the box, not on it: what stands on another would cover its number.
+        beside = tuple(corners[corners[:, 0].argmax()])
+        name = each.object_id.removeprefix("object-")
+        axes.annotate(name, beside, xytext=(3, -3), textcoords="offset points")
     if len(each.track) > 1:
         path = np.array([state.T_world_body.t[:2] for state in each.track])
         axes.plot(*path.T, ":", color="black", linewidth=0.8)

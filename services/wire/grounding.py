@@ -3,7 +3,7 @@
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Final
 
 from gazemap.errors import InputError
 from gazemap.wire.envelope import SCHEMA_VERSION, parse
@@ -41,9 +41,15 @@ class SymbolsMessage:
     symbols: Document
 
 
+NO_INSTRUCTION: Final = -1
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Question:
-    """What the human is asked about a thing whose word is not known."""
+    """What the human is asked about a thing whose word is not known.
+
+    `instruction_index` is `NO_INSTRUCTION` where none was about the thing.
+    """
 
     t_ns: int
     instruction_index: int

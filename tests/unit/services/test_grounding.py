@@ -1,9 +1,12 @@
 """The grounding service on a bus in memory: what it is told, what it says, what it answers."""
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
 
+import services.grounding
 from gazemap.errors import InputError
 from gazemap.geometry.camera import Camera
 from gazemap.geometry.pose import Pose
@@ -15,10 +18,13 @@ from gazemap.types.status import Level, ServiceStatus
 from gazemap.wire import images, mapping, rig
 from gazemap.wire.images import ImageFormat
 from gazemap.wire.streams import Stream
+from grounding.symbols.teach import Question
 from services.bus.base import Inbox
 from services.bus.memory import Exchange, MemoryBus
 from services.grounding import GroundingService, GroundingServiceConfig
 from services.lessons import lesson_of
+from services.present import is_covered
+from services.translate import instance
 from services.wire import grounding as wire
 from services.wire import queries
 
@@ -294,3 +300,32 @@ def test_the_end_waits_for_what_mapping_sent_before_it(exchange, service):
     service._finish_if_all_is_there()
     assert service._is_over
     assert latest_plan(exchange)["instructions"][0]["patches"]
+
+
+def test_a_thing_that_no_word_explains_is_asked_about_once(exchange, service, monkeypatch):
+    inbox = Inbox()
+    MemoryBus(exchange).subscribe(Stream.QUESTION, inbox)
+    asked = Question(group="colour", words=("blue", "yellow"), text="which colour is this?")
+    monkeypatch.setattr(
+        services.grounding, "strange_things", lambda *_, **__: [("object-2", asked)]
+    )
+    finish(exchange, service)
+    finish(exchange, service)
+    said = []
+    while (message := inbox.get(timeout_s=0.0)) is not None:
+        said.append(wire.decode_question(message.payload))
+    assert [(q.object_id, q.text, q.words) for q in said] == [
+        ("object-2", "which colour is this?", ("blue", "yellow"))
+    ]
+    assert said[0].instruction_index == wire.NO_INSTRUCTION
+
+
+def test_a_thing_under_another_is_covered():
+    """From above one sees what stands on it."""
+    below = instance(thing("object-2"))
+    higher = below.track[-1].position_world + np.array([0, 0, SIZE_M])
+    state = replace(below.track[-1], position_world=higher)
+    on_top = replace(below, object_id="object-9", track=(state,))
+    assert is_covered(below, [below, on_top])
+    assert not is_covered(on_top, [below, on_top])
+    assert not is_covered(below, [below, instance(thing("object-1"))])

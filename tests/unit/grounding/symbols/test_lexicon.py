@@ -8,6 +8,7 @@ from grounding.symbols.learn import fit_symbols
 from grounding.symbols.lexicon import call, exported, merged, understand
 from grounding.symbols.model import SymbolModel
 from grounding.symbols.records import SymbolConfig
+from grounding.symbols.teach import Taught, teach
 from tests.patches import Trained, relabelled
 
 
@@ -51,3 +52,20 @@ def test_a_word_that_only_one_knows_joins_its_companions(trained: Trained):
     one = fit_symbols(trained.patches, SymbolConfig())
     both = merged(one, fit_symbols(renamed, SymbolConfig()))
     assert both.group_named("colour").words == ("blue", "crimson", "red", "yellow")
+
+
+def test_merging_with_a_copy_counts_nothing_twice(trained: Trained, model: SymbolModel):
+    """Somebody takes a copy, learns one more word, and gives it back."""
+    green = [relabelled(p, "red", "green") for p in trained.patches if "red" in p.symbols][:3]
+    taught = teach(model, "green", [p.features for p in green], group="colour")
+    assert isinstance(taught, Taught)
+    for both in (merged(model, taught.model), merged(taught.model, model)):
+        assert both.words.keys() == model.words.keys() | {"green"}
+        for word in model.words:
+            assert both.words[word].kept == model.words[word].kept
+            assert both.words[word].moments.weight == model.words[word].moments.weight
+        assert both.anything.weight == taught.model.anything.weight
+        assert "green" in both.group_named("colour").words
+    itself = merged(model, model)
+    assert itself.words == model.words
+    assert itself.anything.weight == model.anything.weight
