@@ -7,11 +7,12 @@ import numpy as np
 from gazemap.geometry.arrays import FloatArray
 from gazemap.geometry.camera import Camera
 from gazemap.geometry.pose import Body, Cam, Overhead, Pose, World
-from gazemap.scene.colours import ColourModel
+from gazemap.scene.colours import ColourModel, Neighbour
 from gazemap.scene.config import SceneConfig
 from gazemap.scene.crops import PosedCamera
 from gazemap.scene.foreground import TableView
 from gazemap.scene.resting import Known, Resting
+from gazemap.scene.same_stack import StackQuestion, StackWatch
 from gazemap.scene.sites import Site, SiteTracker
 from gazemap.types.frame import Frame
 from gazemap.types.scene import ObjectState, SceneObject
@@ -21,6 +22,7 @@ _DEFAULT_OUTLINE = np.array([[-0.6, -0.4], [0.6, 0.4]])
 _SAME_SIZE = 0.25  # largest relative difference of sides
 _COVER_SLACK_NS = 2_500_000_000  # an arm hides a stack for so long while it is built
 _ON_TOP_M = 0.002
+_ASTRAY_NS = (1_000_000_000, 20_000_000_000)  # since it left: then a missing thing is looked for
 _CARRY_SLACK_NS = 500_000_000  # the moments of leaving and coming are known only so well
 
 
@@ -61,6 +63,9 @@ class LiveObjects:
         self._objects: dict[str, SceneObject] = {}
         self._colours: dict[str, ColourModel] = {}
         tags = () if marks is None else marks.tags
+        self._questions: dict[tuple[str, int], StackQuestion] = {}
+        self._stacked: list[StackWatch] = []
+        self._latest: Frame | None = None
         self._marks_xy = np.array([t.T_world_tag.t[:2] for t in tags]).reshape(-1, 2)
         self._mark_side_m = max((t.size_m for t in tags), default=0.0)
 
@@ -71,6 +76,7 @@ class LiveObjects:
 
     def add(self, frame: Frame) -> list[SceneObject]:
         """Take the next overhead frame; return the objects it showed to have left, or not."""
+        self._latest = frame
         lab = self._table.reduce(frame.image)
         changes = self._sites.add(lab, frame.t_ns)
         for site in changes.settled:
@@ -93,7 +99,7 @@ class LiveObjects:
         for resting in self._resting.values():
             if resting.wants(frame.t_ns) and resting.look(frame, view) and resting.is_due:
                 changed += self._settle(resting)
-        return changed
+        return changed + self._search_stacks(frame, view)
 
     def finish(self) -> list[SceneObject]:
         """Fit what has been seen too seldom so far, at the end of a recording."""
@@ -101,7 +107,82 @@ class LiveObjects:
         for resting in self._resting.values():
             if resting.is_open_question:
                 changed += self._settle(resting)
+        return changed + self._answers(list(self._questions.values()))
+
+    def _search_stacks(self, frame: Frame, view: PosedCamera) -> list[SceneObject]:
+        """Look for missing things on others of their colour, where they do not stand out."""
+        if self._is_rectified or self._latest is None:
+            return []
+        gone = [w for w in self._stacked if w.look(frame, view, self._config.fit)]
+        left = [self._take_off(watch) for watch in gone]
+        pairs = {
+            (thing.object_id, below.site.site_id): (thing, below)
+            for thing in self._objects.values()
+            if self._is_astray(thing, frame.t_ns)
+            for below in self._like_places(thing)
+        }
+        self._questions = {
+            key: self._questions.get(key) or self._asked(thing, below)
+            for key, (thing, below) in pairs.items()
+        }
+        found = self._answers([q for q in self._questions.values() if q.look(frame, view)])
+        return [*(thing for thing in left if thing is not None), *found]
+
+    def _answers(self, questions: list[StackQuestion]) -> list[SceneObject]:
+        """Place what is now seen to stand on a thing of its colour; the others are asked anew."""
+        changed: list[SceneObject] = []
+        for question in questions:
+            is_missing = self._objects[question.known.object_id].track[-1].left_ns is not None
+            if self._latest is None or not is_missing:
+                continue
+            is_due = question.renew(self._latest, self._overhead)
+            if is_due and question.is_so(self._neighbours(question.resting, [question.below])):
+                changed.append(self._put_on(question))
         return changed
+
+    @staticmethod
+    def _is_astray(thing: SceneObject, t_ns: int) -> bool:
+        left_ns = thing.track[-1].left_ns
+        return left_ns is not None and _ASTRAY_NS[0] < t_ns - left_ns < _ASTRAY_NS[1]
+
+    def _like_places(self, thing: SceneObject) -> list[Resting]:
+        """Return the places of standing things that look like one that is missing."""
+        last = [r for r in self._resting.values() if r.object_id == thing.object_id]
+        return [
+            r
+            for r in self._resting.values()
+            if r.object_id and r.fit and r.site.left_ns is None and last and last[-1].looks_like(r)
+        ]
+
+    def _asked(self, thing: SceneObject, below: Resting) -> StackQuestion:
+        latest = self._latest
+        if latest is None:
+            raise AssertionError
+        question = StackQuestion.asked(
+            self._known(thing), below, self._table, self._config.fit, t_ns=latest.t_ns
+        )
+        question.resting.look(latest, self._overhead)
+        return question
+
+    def _put_on(self, question: StackQuestion) -> SceneObject:
+        resting = question.resting
+        resting.object_id = question.known.object_id
+        resting.site.site_id = -1 - len(self._resting)
+        self._resting[resting.site.site_id] = resting
+        seen_ns = resting.site.first_ns if self._latest is None else self._latest.t_ns
+        self._stacked.append(StackWatch(below=question.below, resting=resting, there_ns=seen_ns))
+        return self._record(resting)
+
+    def _take_off(self, watch: StackWatch) -> SceneObject | None:
+        self._stacked.remove(watch)
+        site = watch.resting.site
+        site.left_ns = max(watch.left_ns, site.first_ns)
+        return self._leave(site)
+
+    def _neighbours(self, resting: Resting, below: list[Resting]) -> tuple[Neighbour, ...]:
+        others = [r for r in self._resting.values() if r.site.left_ns is None]
+        seen = [r.neighbour_of(resting) for r in others if r not in (resting, *below)]
+        return tuple(each for each in seen if each is not None)
 
     def _is_mark(self, site: Site) -> bool:
         """Whether a site is a tag of the layout and nothing more."""
@@ -117,9 +198,7 @@ class LiveObjects:
         candidates = [known] if known and was_carried else self._away(resting)
         below = self._below(resting)
         bases = [r.fit.box.top_m for r in below if r.fit]
-        others = [r for r in self._resting.values() if r.site.left_ns is None]
-        seen = [r.neighbour_of(resting) for r in others if r not in (resting, *below)]
-        resting.neighbours = tuple(each for each in seen if each is not None)
+        resting.neighbours = self._neighbours(resting, below)
         object_id = resting.place([self._known(c) for c in candidates], [0.0, *bases])
         if not object_id and not was_carried and resting.measure():
             if self._is_there_already(resting):
@@ -231,7 +310,10 @@ class LiveObjects:
         changed = [self._record(resting)]
         for each in mistaken:
             each.object_id = ""
-            changed += self._settle(each)
+            if each.is_buried:
+                each.dismiss()
+            else:
+                changed += self._settle(each)
         return changed
 
     def _leave(self, site: Site) -> SceneObject | None:

@@ -49,13 +49,16 @@ class Resting:
         fit: the box, once there is one.
         colours: the thing's colours, once there is a box.
         is_flat: whether it is known to be a mark on the table.
+        is_buried: whether it does not stand out of another thing's patch, which is its own then.
         centre_world: (3,) the point that the cut-outs look at.
         neighbours: other things, which may stand before it or look the same.
     """
 
-    def __init__(self, site: Site, table: TableView, config: BoxFitConfig) -> None:
+    def __init__(
+        self, site: Site, table: TableView, config: BoxFitConfig, *, is_buried: bool = False
+    ) -> None:
         """Start without any view."""
-        self.site, self._table, self._config = site, table, config
+        self.site, self._table, self._config, self.is_buried = site, table, config, is_buried
         self.object_id = ""
         self.fit: BoxFit | None = None
         self.colours: ColourModel | None = None
@@ -75,27 +78,51 @@ class Resting:
         """Whether another view at this time would help."""
         heads = self._head_crops
         is_late = not heads or t_ns - heads[-1].t_ns >= self._config.view_period_s * 1e9
-        is_in_sight = t_ns - self.site.seen_ns < _IN_SIGHT_S * 1e9
         is_open = self.site.left_ns is None and not self.is_flat
-        return is_open and is_late and is_in_sight and len(heads) < self._config.max_views
+        is_wanted = is_open and is_late and len(heads) < self._config.max_views
+        return is_wanted and self.is_in_sight(t_ns)
 
-    def look(self, frame: Frame, view: PosedCamera) -> bool:
-        """Take one more view; return whether the place lies in it."""
-        crop = cut_out(
+    def is_in_sight(self, t_ns: int) -> bool:
+        """Whether the place was recognised from above just now."""
+        return t_ns - self.site.seen_ns < _IN_SIGHT_S * 1e9
+
+    def cut(self, frame: Frame, view: PosedCamera) -> Crop | None:
+        """Return what a view sees of the place, or None where that is not in it."""
+        return cut_out(
             frame,
             view,
             centre_world=self.centre_world,
             span_m=self._span_m,
             size_px=self._config.crop_px,
         )
+
+    def look(self, frame: Frame, view: PosedCamera) -> bool:
+        """Take one more view; return whether the place lies in it."""
+        crop = self.cut(frame, view)
         if crop is not None:
             self._crops.append(crop)
         return crop is not None
 
+    def look_anew(self, frame: Frame, view: PosedCamera, *, keep: int) -> list[int]:
+        """Replace the view from above; forget all but the latest few of the head camera.
+
+        Returns:
+            The times of those.
+        """
+        self._crops, heads = [], self._head_crops[-keep:]
+        self.look(frame, view)
+        self._crops += heads
+        return [c.t_ns for c in heads]
+
+    @property
+    def head_count(self) -> int:
+        """How many views of the head camera there are."""
+        return len(self._head_crops)
+
     @property
     def is_due(self) -> bool:
         """Whether the views just became enough for a first or a better fit."""
-        return len(self._head_crops) in (self._config.min_views, self._config.max_views)
+        return self.head_count in (self._config.min_views, self._config.max_views)
 
     @property
     def is_open_question(self) -> bool:
@@ -176,6 +203,8 @@ class Resting:
         middle = division.size_px // 2  # cut-outs look at the middle of the patch
         if not mask[middle, middle]:
             return False
+        if self.is_buried:
+            return True
         covered = mask.mean() * self._span_m**2
         return bool(0.4 < self._area_m2 / max(covered, 1e-9) < 2.5)
 
@@ -248,7 +277,7 @@ class Resting:
 
         While its height is unknown, it is left out of them only where it would be mistaken.
         """
-        is_alike = self._looks_like(other)
+        is_alike = self.looks_like(other)
         if self.fit is not None and self.object_id:
             return Neighbour(shape=self.fit.box.shape, is_alike=is_alike)
         is_thing = not self.is_flat and self._area_m2 > _SPECK_M2
@@ -257,7 +286,8 @@ class Resting:
         flat = self._starts(self.site.fresh)[0]
         return Neighbour(shape=flat.standing_on(0.0, _USUAL_HEIGHT_M).shape, is_alike=True)
 
-    def _looks_like(self, other: "Resting") -> bool:
+    def looks_like(self, other: "Resting") -> bool:
+        """Whether two patches are of about one colour."""
         apart = self.site.colours.mean(axis=0) - other.site.colours.mean(axis=0)
         return bool(np.linalg.norm(apart * _LIGHT_COUNTS_LESS) < _ALIKE)
 

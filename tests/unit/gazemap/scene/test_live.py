@@ -89,6 +89,33 @@ def test_a_box_put_on_another_stands_on_its_top(rig):
     assert nearest(live, CUBE).track[0].left_ns is None
 
 
+def test_a_box_put_on_another_of_its_colour_is_found_there_and_leaves_again(rig):
+    """Seen from above the stack hardly differs from the lower box."""
+    dice = DrawnBox(centre=(0.2, -0.1, 0.02), yaw_rad=0.1, size_m=(0.04,) * 3, bgr=BLOCK.bgr)
+    x, y, z = BLOCK.centre
+    on_top, away = moved(dice, x, y, 2 * z + 0.02), moved(dice, -0.3, -0.1, 0.02)
+    frames = [Tabletop([BLOCK, dice], MARKS)] * 12 + [Tabletop([BLOCK], MARKS)] * 14
+    frames += [Tabletop([BLOCK, on_top], MARKS)] * 14 + [Tabletop([BLOCK], MARKS)] * 10
+    live = watch(rig, [*frames, *[Tabletop([BLOCK, away], MARKS)] * 10])
+    assert len(live.objects) == 2
+    thing = nearest(live, dice)
+    assert len(thing.track) == 3
+    _, stacked, last = thing.track
+    assert np.linalg.norm(stacked.T_world_body.t - on_top.centre) < 0.005
+    assert stacked.t_ns == pytest.approx(2.6e9, abs=0.3e9)
+    assert stacked.left_ns == pytest.approx(4.0e9, abs=0.3e9)
+    assert np.linalg.norm(last.T_world_body.t - away.centre) < 0.005
+    assert [s.left_ns for s in nearest(live, BLOCK).track] == [None]
+
+
+def test_a_thing_that_is_gone_is_not_taken_to_stand_on_one_of_its_colour(rig):
+    cell = DrawnBox(centre=CELL.centre, yaw_rad=CELL.yaw_rad, size_m=CELL.size_m, bgr=CUBE.bgr)
+    frames = [Tabletop([CUBE, cell], MARKS)] * 12 + [Tabletop([CUBE], MARKS)] * 26
+    live = watch(rig, frames)
+    assert len(nearest(live, cell).track) == 1
+    assert nearest(live, cell).track[0].left_ns == pytest.approx(1.15e9, abs=0.15e9)
+
+
 def test_things_of_one_colour_that_stand_in_line_are_told_apart(rig):
     behind = DrawnBox(centre=(-0.1, 0.13, 0.009), yaw_rad=0.3, size_m=CELL.size_m, bgr=CUBE.bgr)
     live = watch(rig, [Tabletop([CUBE, behind, BLOCK], MARKS)] * 16)
