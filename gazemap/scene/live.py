@@ -197,9 +197,8 @@ class LiveObjects:
         was_carried = known is not None and len(known.track) > 1
         candidates = [known] if known and was_carried else self._away(resting)
         below = self._below(resting)
-        bases = [r.fit.box.top_m for r in below if r.fit]
         resting.neighbours = self._neighbours(resting, below)
-        object_id = resting.place([self._known(c) for c in candidates], [0.0, *bases])
+        object_id = self._known_there(resting, candidates, below)
         if not object_id and not was_carried and resting.measure():
             if self._is_there_already(resting):
                 resting.dismiss()
@@ -209,6 +208,19 @@ class LiveObjects:
             return []
         resting.object_id = object_id
         return [*self._uncovered(below, resting), self._record(resting)]
+
+    def _known_there(
+        self, resting: Resting, candidates: list[SceneObject], below: list[Resting]
+    ) -> str:
+        """Return which known thing came to a place, or an empty string.
+
+        What stood there before is asked last: it seemed to leave when another was put on it.
+        """
+        covered = {r.object_id for r in below}
+        new = [self._known(c) for c in candidates if c.object_id not in covered]
+        again = [self._known(c) for c in candidates if c.object_id in covered]
+        bases = [0.0, *(r.fit.box.top_m for r in below if r.fit)]
+        return resting.place(new, bases) or resting.place(again, bases)
 
     def _below(self, resting: Resting) -> list[Resting]:
         """Return the places on which a newcomer may stand.

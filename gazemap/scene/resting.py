@@ -198,7 +198,10 @@ class Resting:
         return gain > self._config.min_gain * float(division.masks(fit.box.shape).sum())
 
     def _is_here(self, division: ColourDivision, box: Box) -> bool:
-        """Whether the box covers the middle of its patch and is about as large as that."""
+        """Whether the box covers the middle of its patch and is about as large as that.
+
+        The patch of what stands on another may have that other in it.
+        """
         mask = division.masks(box.shape)[0]
         middle = division.size_px // 2  # cut-outs look at the middle of the patch
         if not mask[middle, middle]:
@@ -206,7 +209,8 @@ class Resting:
         if self.is_buried:
             return True
         covered = mask.mean() * self._span_m**2
-        return bool(0.4 < self._area_m2 / max(covered, 1e-9) < 2.5)
+        most = 2.5 if box.base_m < _FLAT_M else np.inf
+        return bool(0.4 < self._area_m2 / max(covered, 1e-9) < most)
 
     def _starts(self, pixels: IntArray) -> list[Box]:
         plan = self._table.rectangle(pixels)

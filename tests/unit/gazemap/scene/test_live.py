@@ -89,6 +89,19 @@ def test_a_box_put_on_another_stands_on_its_top(rig):
     assert nearest(live, CUBE).track[0].left_ns is None
 
 
+def test_a_box_put_on_one_that_seemed_to_leave_is_not_taken_for_that(rig):
+    """An arm hid the lower box; the patch from above is as large as before."""
+    on_top = moved(CELL, -0.1, 0.05, 0.057)
+    frames = [Tabletop([CUBE, CELL], MARKS)] * 10 + [Tabletop([CUBE], MARKS)] * 6
+    frames += [Tabletop([], MARKS)] * 8
+    live = watch(rig, [*frames, *[Tabletop([CUBE, on_top], MARKS)] * 10])
+    assert len(live.objects) == 2
+    thing = nearest(live, on_top, which=-1)
+    assert np.linalg.norm(thing.track[-1].T_world_body.t - on_top.centre) < 0.005
+    assert np.sort(thing.size_m) == pytest.approx(np.sort(CELL.size_m), abs=0.005)
+    assert nearest(live, CUBE).track[-1].left_ns is None
+
+
 def test_a_box_put_on_another_of_its_colour_is_found_there_and_leaves_again(rig):
     """Seen from above the stack hardly differs from the lower box."""
     dice = DrawnBox(centre=(0.2, -0.1, 0.02), yaw_rad=0.1, size_m=(0.04,) * 3, bgr=BLOCK.bgr)
