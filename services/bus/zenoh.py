@@ -134,11 +134,13 @@ class ZenohBus:
         threading.Thread(target=_answer_all, args=(asked, handler, name), daemon=True).start()
 
     def ask(self, stream: Stream, payload: bytes, *, timeout_s: float) -> bytes | None:
-        """Return the first answer to a query, or None if there was none in time."""
+        """Return the first answer to a query; None if there was none in time, or a refusal."""
         name = key(self._config.rig, stream)
         for reply in self._session.get(name, payload=payload, timeout=timeout_s):
             if reply.ok is not None:
                 return reply.ok.payload.to_bytes()
+            if reply.err is not None:
+                _log.warning("%s: %s", name, reply.err.payload.to_bytes().decode(errors="replace"))
         return None
 
     def announce(self, service: str) -> None:

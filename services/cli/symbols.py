@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from services.cli.symbols_answer import answer
 from services.cli.symbols_print import measured, measured_quietly, print_groups, tell
 from services.cli.symbols_reproduce import reproduce
 from services.cli.symbols_show import show
@@ -134,5 +135,6 @@ def _write_rows(rows: Iterable[tuple[str, ...]], out: Path | None) -> None:
 
 
 command.add_command(teach)
+command.add_command(answer)
 command.add_command(show)
 command.add_command(reproduce)

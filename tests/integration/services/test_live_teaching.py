@@ -1,5 +1,7 @@
 """What no word explains is asked about, taught, and known from then on: real processes and bus."""
 
+import subprocess
+import sys
 import threading
 import time
 
@@ -40,6 +42,11 @@ class Walk:
         lesson = queries.encode_teach_request(document)
         return queries.decode_teach_answer(self.ask(Stream.TEACH, lesson))
 
+    def command(self, *arguments):
+        """Run `gazemap` as a person would, beside the services."""
+        line = [sys.executable, "-m", "services.cli", *arguments, "--connect", self.endpoint]
+        return subprocess.run(line, capture_output=True, text=True, timeout=60, check=False)
+
     def ground(self, sentence):
         request = queries.encode_ground_request(queries.GroundRequest(sentences=(sentence,)))
         (found,) = queries.decode_ground_answer(self.ask(Stream.GROUND, request))["instructions"]
@@ -62,6 +69,7 @@ def walk(tmp_path_factory):
             replay = ("--connect", endpoint, "--max-lead-s", "0.5", "--config", str(wait_for))
             processes.start("replay", "replay", str(EASY / "session"), *replay)
             one = Walk(bus, inbox)
+            one.endpoint = endpoint
             one.log = folder / "logs" / "grounding.log"
             yield one
         processes.check()
@@ -86,9 +94,13 @@ def test_what_no_word_explains_is_asked_taught_and_then_known(walk):
     before = walk.ground("pick up the red cube")
     assert (before["status"], before["object"]) == ("unknown-symbol", None)
     assert "'red'" in before["question"]
-    for each in ("object-2", "object-3"):
-        # The first is no known shape either: only the person can say what the word describes.
-        assert walk.teach("red", each, "colour")["learnt"]
+    assert walk.teach("red", "object-2", "colour")["learnt"]
+    # It is no known shape either: only the person can say what the word describes.
+    done = walk.command("symbols", "answer", "object-3", "red", "--group", "colour")
+    assert (done.returncode, done.stdout) == (0, "learnt: object-3 is red\n")
+    refused = walk.command("symbols", "answer", "object-99", "red")
+    assert refused.returncode == 1
+    assert "'object-99' is not seen" in refused.stderr
     after = walk.ground("pick up the red cube")
     assert (after["status"], after["object"]) == ("grounded", "object-4")
     assert walk.ground("pick up the yellow cube")["object"] == "object-7"
