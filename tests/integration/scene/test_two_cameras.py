@@ -68,19 +68,22 @@ def looks_at(points, trajectory):
         yield Fixation(fixation_id=n, start_ns=mid_ns - 9, end_ns=mid_ns + 9, u_px=u_px, v_px=v_px)
 
 
-def find(located, info):
+def bare_table():
     background = table_mesh(np.array([[-0.8, -0.6], [0.8, 0.6]]))
-    scene = SceneModel(
+    return SceneModel(
         mesh=background,
         background=background,
         objects=(),
         T_world_overhead=None,
         surface_sigma_m=0.0005,
     )
+
+
+def find(located, info):
     fixations = tuple(looks_at(POINTS, located.slam.trajectory))
     session = TwoCameras(SessionData(name="rig", fixations=fixations, info=info))
     config = MappingConfig(offset_mode=OffsetMode.OFF)
-    return find_looks(session, located, scene, config).fixations
+    return find_looks(session, located, bare_table(), config).fixations
 
 
 def test_gaze_of_the_other_camera_meets_what_was_looked_at(located):
@@ -104,22 +107,14 @@ def test_without_the_extrinsics_it_would_be_centimetres_off(located):
 def find_live(located, info):
     """Return what the live service casts, look by look."""
     looks = LiveLooks(CAMERA, noise=GazeNoise(), offset=OffsetConfig(), eyes=gaze_camera_in(info))
-    path, found = RecentPath(), []
-    background = table_mesh(np.array([[-0.8, -0.6], [0.8, 0.6]]))
-    scene = SceneModel(
-        mesh=background,
-        background=background,
-        objects=(),
-        T_world_overhead=None,
-        surface_sigma_m=0.0005,
-    )
+    path, surface, found = RecentPath(), SceneCaster(bare_table()), []
     waiting = list(looks_at(POINTS, located.slam.trajectory))
     for n, t_ns in enumerate(located.slam.trajectory.t_ns.tolist()):
         path.add(Tracked(t_ns=t_ns, T_world_cam=located.slam.trajectory.pose(n)))
         path.last_ns = t_ns
         if waiting and waiting[0].end_ns < t_ns:
             looks.add(waiting.pop(0))
-        found += looks.cast_due(path, SceneCaster(scene), scale=Scale.METRIC)
+        found += looks.cast_due(path, surface, scale=Scale.METRIC)
     return found
 
 
